@@ -1,0 +1,57 @@
+# Everything runs in .venv, which the first target that needs it makes.
+PYTHON ?= python3
+BIN := .venv/bin
+READY := .venv/.ready
+export PIP_CONSTRAINT := constraints.txt
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+.PHONY: rush-hour test check format lint types contracts headless bench seeds steps readme clean
+
+rush-hour: $(READY)
+	$(BIN)/python run.py scenarios/rush_hour
+
+test: $(READY)
+	$(BIN)/python -m pytest -n auto
+
+check: lint types contracts test headless
+
+headless: $(READY)
+	$(BIN)/python run.py scenarios/rush_hour
+
+format: $(READY)
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+lint: $(READY)
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+
+types: $(READY)
+	$(BIN)/mypy
+
+contracts: $(READY)
+	$(BIN)/lint-imports
+
+# Speed beside bare SUMO; writes out/bench.json.
+bench: $(READY)
+	$(BIN)/python -m tools.bench
+
+# Twenty seeds of every controller, for means and confidence intervals.
+seeds: $(READY)
+	$(BIN)/python run.py scenarios/rush_hour --seeds 20 --out out/seeds
+
+# How the indicators depend on the step.
+steps: $(READY)
+	$(BIN)/python -m tools.steps
+
+# Writes the result tables of README.md from out/.
+readme: $(READY)
+	$(BIN)/python -m tools.readme
+
+$(READY): pyproject.toml constraints.txt
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --editable ".[dev]"
+	touch $@
+
+clean:
+	rm -rf .venv out
