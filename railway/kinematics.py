@@ -1,0 +1,144 @@
+"""Braking and discrete-step formulas; the elementwise ones take arrays over trains."""
+
+import math
+
+import numpy as np
+
+from railway.arrays import FloatArray
+from railway.compiled import elementwise
+
+
+def braking_distance_m(speed_mps: FloatArray, brake_mps2: float | FloatArray) -> FloatArray:
+    """
+    Return the distance to a standstill on the level.
+
+    Parameters
+    ----------
+    speed_mps
+        Speed. [m/s], any shape
+    brake_mps2
+        Constant deceleration. [m/s2]
+
+    Returns
+    -------
+    FloatArray
+        Distance. [m], same shape
+
+    References
+    ----------
+    .. [1] Sato et al. 2025, eq. (11).
+    """
+    return np.square(speed_mps) / (2.0 * np.asarray(brake_mps2))
+
+
+@elementwise
+def next_speed_mps(speed_mps: float, square_m2ps2: float, loss_mps: float) -> float:
+    r"""
+    Return the greatest speed after one step from which a brake curve can still be kept.
+
+    A curve is given by the square of the speed :math:`w` that it allows at the present
+    position, and by the speed :math:`l = b \Delta t` that its deceleration takes in a step.
+    Over a step of constant acceleration the train moves :math:`(v_0 + v_1) \Delta t / 2`, so
+
+    .. math:: v_1^2 + l (v_0 + v_1) \le w
+
+    whose larger root is returned; 0 where there is none.
+
+    Parameters
+    ----------
+    speed_mps
+        Speed at the start of the step. [m/s], broadcastable
+    square_m2ps2
+        Square of the speed that the curve allows at the present position; ``2 b d`` for a
+        target ``d`` metres ahead on the level. [m2/s2], broadcastable
+    loss_mps
+        Speed lost by braking for a step. [m/s], broadcastable
+
+    Returns
+    -------
+    FloatArray
+        Speed at the end of the step. [m/s], broadcast shape
+    """
+    room = square_m2ps2 - loss_mps * speed_mps
+    if room <= 0.0:
+        return 0.0
+    half = 0.5 * loss_mps
+    return math.sqrt(half * half + room) - half
+
+
+def two_stage_brake_mps2(acceleration_mps2: float, brake_mps2: float) -> float:
+    """
+    Return the deceleration of the first stage of two-stage deceleration.
+
+    Braking at this rate towards the leader's rear, a train that holds its present speed
+    from the moment its leader departs just touches the safety limit.
+
+    Parameters
+    ----------
+    acceleration_mps2
+        Greatest acceleration of the leader. [m/s2]
+    brake_mps2
+        Greatest service braking of the follower. [m/s2]
+
+    Returns
+    -------
+    float
+        ``a b / (a + b)``. [m/s2]
+
+    References
+    ----------
+    .. [1] Sato et al. 2025, eqs. (15) and (16) solved for the deceleration.
+    """
+    return acceleration_mps2 * brake_mps2 / (acceleration_mps2 + brake_mps2)
+
+
+@elementwise
+def two_stage_speed_mps(
+    gap_m: float, leader_speed_mps: float, acceleration_mps2: float, brake_mps2: float
+) -> float:
+    r"""
+    Return the speed that may be held if the leader accelerates from now on.
+
+    The braking point of a follower at constant speed :math:`v` is tangent to the path of
+    a rear that moves at :math:`v_1` and accelerates at :math:`a`:
+
+    .. math:: \frac{v^2}{2b} + \frac{(v - v_1)^2}{2a} = D, \qquad v \ge v_1
+
+    With a standing leader this is eq. (16) of the source; when the pure braking distance
+    at the leader's speed already exceeds the gap, the brake curve :math:`\sqrt{2 b D}` is
+    returned.
+
+    Parameters
+    ----------
+    gap_m
+        Distance to the leader's rear, margins taken off. [m], broadcastable
+    leader_speed_mps
+        Speed of the leader; 0 where it stands. [m/s], broadcastable
+    acceleration_mps2
+        Greatest acceleration of the leader. [m/s2], broadcastable
+    brake_mps2
+        Greatest service braking of the follower. [m/s2], broadcastable
+
+    Returns
+    -------
+    FloatArray
+        Speed. [m/s], broadcast shape
+
+    References
+    ----------
+    .. [1] Sato et al. 2025, eqs. (12) to (16), the leader's own speed added.
+    """
+    if gap_m <= 0.0:
+        return 0.0
+    share = brake_mps2 / (acceleration_mps2 + brake_mps2)
+    along = share * leader_speed_mps
+    square = (
+        along * along
+        + 2.0 * share * acceleration_mps2 * gap_m
+        - share * leader_speed_mps * leader_speed_mps
+    )
+    if square > 0.0:
+        tangent = along + math.sqrt(square)
+        if tangent >= leader_speed_mps:
+            return tangent
+    return min(math.sqrt(2.0 * brake_mps2 * gap_m), leader_speed_mps)

@@ -1,0 +1,151 @@
+"""Who follows whom: kept by events, read as arrays."""
+
+import numpy as np
+
+from railway.arrays import BoolArray, FloatArray, IntArray
+from railway.compiled import compiled
+from railway.world import World
+
+NOTHING_AHEAD = -1
+NOT_GRANTED = -2
+
+
+class Leaders:
+    """
+    The next train ahead on each train's route, in timetable order at merges.
+
+    A train follows its predecessor on the first section that the predecessor has not yet
+    cleared. A predecessor that will come from another track is waited for at the fouling
+    point. Only a tail that leaves a section changes anything, so between those events the
+    arrays stand still.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        sections = world.line.sections
+        section_of_track = world.line.section_of_track
+        self._first = [section_of_track[service.route[0]] for service in world.timetable.services]
+        self._predecessor = self._predecessors(len(sections))
+        self._clear_m, self._fouling_m = _section_ends(world)
+        self._section = list(self._first)
+        """The section that each train's tail has not left yet."""
+        self._last = len(sections)
+        size = world.size
+        self._rear_row = np.full(size, NOTHING_AHEAD, dtype=np.intp)
+        self._floor_m = np.full(size, world.line.start_m)
+        self.follows: BoolArray = np.zeros(size, dtype=np.bool_)
+        self.leader: IntArray = np.full(size, -1, dtype=np.intp)
+        self.next_clear_m: FloatArray = np.array([self._clear_m[s] for s in self._first])
+        for row in range(size):
+            self._follow(row)
+
+    def _predecessors(self, sections: int) -> list[list[int]]:
+        last_on_track: dict[str, int] = {}
+        table: list[list[int]] = []
+        for row, service in enumerate(self._world.timetable.services):
+            before = [-1] * sections
+            for offset, track in enumerate(service.route):
+                before[self._first[row] + offset] = last_on_track.get(track, -1)
+                last_on_track[track] = row
+            table.append(before)
+        return table
+
+    def _follow(self, row: int) -> None:
+        world = self._world
+        self.leader[row] = -1
+        self.follows[row] = False
+        self._rear_row[row] = NOTHING_AHEAD
+        self._floor_m[row] = world.line.start_m
+        for section in range(self._first[row], self._last):
+            ahead = self._predecessor[row][section]
+            if ahead < 0 or self._section[ahead] > section:
+                continue
+            self.leader[row] = ahead
+            same_way = section == self._first[row] or self._predecessor[row][section - 1] == ahead
+            if same_way or self._section[ahead] == section:
+                self._rear_row[row] = ahead
+                self.follows[row] = True
+            else:
+                self._rear_row[row] = NOT_GRANTED
+                self._floor_m[row] = self._fouling_m[section - 1]
+            return
+
+    def clear(self, rows: IntArray) -> None:
+        """
+        Take note of tails that left their section.
+
+        Parameters
+        ----------
+        rows
+            The trains. shape (n_events,)
+        """
+        for row in rows.tolist():
+            self._section[row] += 1
+            gone = self._section[row] >= self._last
+            self.next_clear_m[row] = np.inf if gone else self._clear_m[self._section[row]]
+        for row in range(self._world.size):
+            if self.leader[row] in rows:
+                self._follow(row)
+
+    def leave(self, row: int) -> None:
+        """
+        Take a train that left the line out of everybody's way.
+
+        Parameters
+        ----------
+        row
+            The train.
+        """
+        self._section[row] = self._last
+        self.next_clear_m[row] = np.inf
+        for follower in np.flatnonzero(self.leader == row).tolist():
+            self._follow(follower)
+
+    def tails_and_clearance_m(self, front_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """
+        Return the tails, and how far the way of each train is physically clear.
+
+        Parameters
+        ----------
+        front_m
+            Fronts; of a train not yet on the line, its origin. [m], shape (n_trains,)
+
+        Returns
+        -------
+        tuple[FloatArray, FloatArray]
+            Tails, and leader's tail, fouling point or far ahead. [m], shape (n_trains,)
+        """
+        return _tails_and_clearance_m(
+            front_m, self._world.length_m, self._rear_row, self._floor_m, self._world.far_m
+        )
+
+
+@compiled
+def _tails_and_clearance_m(
+    front_m: FloatArray,
+    length_m: FloatArray,
+    rear_row: IntArray,
+    floor_m: FloatArray,
+    far_m: float,
+) -> tuple[FloatArray, FloatArray]:
+    tail_m = front_m - length_m
+    clear_to_m = np.empty_like(front_m)
+    for train in range(front_m.size):
+        row = rear_row[train]
+        if row == NOTHING_AHEAD:
+            clear_to_m[train] = far_m
+        elif row == NOT_GRANTED:
+            clear_to_m[train] = floor_m[train]
+        else:
+            clear_to_m[train] = tail_m[row]
+    return tail_m, clear_to_m
+
+
+def _section_ends(world: World) -> tuple[list[float], list[float]]:
+    turnout_at = {turnout.position_m: turnout for turnout in world.line.turnouts}
+    clear_m, fouling_m = [], []
+    for section in world.line.sections:
+        turnout = turnout_at.get(section.end_m)
+        clear_m.append(turnout.fouling_end_m if turnout else section.end_m)
+        fouling_m.append(turnout.fouling_start_m if turnout else section.end_m)
+    return clear_m, fouling_m

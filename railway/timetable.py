@@ -1,0 +1,49 @@
+"""Services and their calls."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """
+    A booked stop of a train.
+
+    Times are seconds after midnight. The first call's arrival is the time at which the
+    train stands ready at its origin.
+    """
+
+    station: str
+    track: str
+    stop_m: float
+    arrival_s: float
+    departure_s: float
+    minimum_dwell_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Service:
+    """
+    One train.
+
+    ``route`` names one track per section, from the section of the first call to the end of
+    the line.
+    """
+
+    train: str
+    origin: str
+    train_type: str
+    route: tuple[str, ...]
+    calls: tuple[Call, ...]
+
+
+@dataclass(frozen=True)
+class Timetable:
+    """Services in the order in which they leave the line, first train first."""
+
+    services: tuple[Service, ...]
+
+    @cached_property
+    def trains(self) -> tuple[str, ...]:
+        """Train names, first train first."""
+        return tuple(service.train for service in self.services)

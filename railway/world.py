@@ -1,0 +1,117 @@
+"""What every controller knows beforehand: line, fleet and timetable as arrays; no delays."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from railway.arrays import FloatArray, IntArray
+from railway.line import Line
+from railway.profile import Profile, build_profile
+from railway.rolling_stock import TrainType
+from railway.timetable import Timetable
+
+
+@dataclass(frozen=True)
+class World:
+    """
+    The timetable of a line in arrays, first train first.
+
+    Call arrays have shape (n_trains, n_calls_max + 1). Past a train's last call the stop
+    lies at the end of the tables and the times are infinite, so that an index one beyond
+    the last call is valid.
+    """
+
+    line: Line
+    timetable: Timetable
+    train_types: tuple[TrainType, ...]
+    profile: Profile
+    step_s: float
+    type_index: IntArray
+    length_m: FloatArray
+    row_start: FloatArray
+    call_count: IntArray
+    stop_m: FloatArray
+    booked_arrival_s: FloatArray
+    booked_departure_s: FloatArray
+    minimum_dwell_s: FloatArray
+
+    @property
+    def size(self) -> int:
+        """Number of trains."""
+        return self.type_index.size
+
+    @property
+    def far_m(self) -> float:
+        """Chainage that stands for "nothing ahead". [m]"""
+        return self.profile.end_m - 2.0
+
+    def of_type(self, name: str) -> FloatArray:
+        """
+        Return a property of each train's type.
+
+        Parameters
+        ----------
+        name
+            Attribute of :class:`~railway.rolling_stock.TrainType`.
+
+        Returns
+        -------
+        FloatArray
+            Its value by train. shape (n_trains,)
+        """
+        values = np.array([getattr(kind, name) for kind in self.train_types], dtype=np.float64)
+        return values[self.type_index]
+
+
+def build_world(
+    line: Line, train_types: Mapping[str, TrainType], timetable: Timetable, step_s: float
+) -> World:
+    """
+    Compile a timetable on a line into arrays.
+
+    Parameters
+    ----------
+    line
+        The line.
+    train_types
+        Train types by identifier.
+    timetable
+        Services in order, first train first.
+    step_s
+        Length of a simulation step. [s]
+
+    Returns
+    -------
+    World
+        The arrays.
+    """
+    kinds = tuple(train_types.values())
+    row_of_kind = {kind.id: row for row, kind in enumerate(kinds)}
+    services = timetable.services
+    type_index = np.array([row_of_kind[service.train_type] for service in services], dtype=np.intp)
+    profile = build_profile(line, kinds, step_s)
+    shape = (len(services), max(len(service.calls) for service in services) + 1)
+    stop_m = np.full(shape, profile.end_m - 2.0)
+    arrival_s, departure_s, dwell_s = (np.full(shape, np.inf) for _ in range(3))
+    for row, service in enumerate(services):
+        for column, call in enumerate(service.calls):
+            stop_m[row, column] = call.stop_m
+            arrival_s[row, column] = call.arrival_s
+            departure_s[row, column] = call.departure_s
+            dwell_s[row, column] = call.minimum_dwell_s
+    return World(
+        line=line,
+        timetable=timetable,
+        train_types=kinds,
+        profile=profile,
+        step_s=step_s,
+        type_index=type_index,
+        length_m=np.array([kinds[row].length_m for row in type_index]),
+        row_start=profile.row_starts(type_index),
+        call_count=np.array([len(service.calls) for service in services], dtype=np.intp),
+        stop_m=stop_m,
+        booked_arrival_s=arrival_s,
+        booked_departure_s=departure_s,
+        minimum_dwell_s=dwell_s,
+    )
