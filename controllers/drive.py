@@ -1,0 +1,161 @@
+"""The drive: the next speed of every train within traction and braking."""
+
+import numpy as np
+
+from railway.arrays import FloatArray, IntArray
+from railway.compiled import compiled
+from railway.control import Command
+from railway.kinematics import next_speed_mps
+from railway.profile import SPACING_M, at, at_each
+from railway.state import Advice, Authority, LineState, Reason
+from railway.world import World
+
+CELLS_PER_MPS = 100.0
+
+N_BOUNDS = 5
+ROW_REASONS = (
+    Reason.TRACTION,
+    Reason.LINE_CEILING,
+    None,  # the advice says why it lowers the ceiling
+    Reason.AUTHORITY,
+    Reason.STATION_STOP,
+)
+
+
+class TractionDrive:
+    """
+    Follows the lowest of five bounds.
+
+    The rows of its bounds are traction, protection's ceiling, the advised ceiling, the
+    brake curve to the end of authority, and the brake curve to the next stop. The service
+    brake is the strongest that advice, stops and ceilings may ask for; only an authority
+    that cannot be kept otherwise gets the emergency brake.
+    """
+
+    def __init__(self, world: World) -> None:
+        step_s, profile = world.step_s, world.profile
+        self._step_s = step_s
+        self._row_start = world.row_start
+        # Twice the potential: squares of speeds need no halving.
+        self._square = 2.0 * profile.potential_m2ps2.ravel()
+        self._drag = step_s * profile.drag_mps2.ravel()
+        self._gain, self._speed_row = _traction_table(world)
+        service, emergency = map(world.of_type, ("service_brake_mps2", "emergency_brake_mps2"))
+        self._emergency_extra = (emergency - service) * step_s
+        self._stop_m = np.full(world.size, np.nan)
+        self._stop_square = np.full(world.size, np.nan)
+
+    def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
+        """
+        Return the speed at the end of the step for every train.
+
+        Parameters
+        ----------
+        state
+            The line.
+        authority
+            What protection permits.
+        advice
+            What operation asks for.
+
+        Returns
+        -------
+        Command
+            Next speeds and their bounds.
+        """
+        if state.stop_m is not self._stop_m:
+            self._stop_m = state.stop_m
+            self._stop_square = at_each(self._square, state.stop_m, self._row_start)
+        return Command(
+            *_command(
+                state.front_m,
+                state.speed_mps,
+                authority.limit_m,
+                authority.ceiling_mps,
+                advice.ceiling_mps,
+                self._stop_square,
+                self._row_start,
+                self._square,
+                self._drag,
+                self._gain,
+                self._speed_row,
+                self._emergency_extra,
+                self._step_s,
+            )
+        )
+
+    def reason(self, command: Command, advice: Advice) -> IntArray:
+        """
+        Return what bound each train's speed.
+
+        Parameters
+        ----------
+        command
+            From :meth:`command`.
+        advice
+            The advice it was made from.
+
+        Returns
+        -------
+        IntArray
+            A :class:`~railway.state.Reason` each. shape (n_trains,)
+        """
+        size = command.speed_mps.size
+        table = np.empty((N_BOUNDS, size), dtype=np.intp)
+        for row, reason in enumerate(ROW_REASONS):
+            if reason is not None:
+                table[row] = reason
+        table[2] = advice.reason
+        reasons: IntArray = table[command.bounds_mps.argmin(axis=0), np.arange(size)]
+        return reasons
+
+
+@compiled
+def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+    front_m: FloatArray,
+    speed_mps: FloatArray,
+    limit_m: FloatArray,
+    ceiling_mps: FloatArray,
+    advised_mps: FloatArray,
+    stop_square: FloatArray,
+    row_start: FloatArray,
+    square: FloatArray,
+    drag: FloatArray,
+    gain: FloatArray,
+    speed_row: FloatArray,
+    emergency_extra: FloatArray,
+    step_s: float,
+) -> tuple[FloatArray, FloatArray]:
+    next_mps = np.empty_like(speed_mps)
+    bounds = np.empty((N_BOUNDS, speed_mps.size))
+    for train in range(speed_mps.size):
+        speed = speed_mps[train]
+        place = front_m[train] + row_start[train]
+        cell = int(place)
+        here = at(square, place)
+        # Half the rise of the squares over a metre is the brake rate there.
+        loss = 0.5 * step_s / SPACING_M * (square[cell + 1] - square[cell])
+        ahead = at(square, limit_m[train] + row_start[train])
+        row = int(speed * CELLS_PER_MPS + speed_row[train])
+        bounds[0, train] = speed + gain[row] - drag[cell]
+        bounds[1, train] = ceiling_mps[train]
+        bounds[2, train] = advised_mps[train]
+        bounds[3, train] = next_speed_mps(speed, ahead - here, loss)
+        bounds[4, train] = next_speed_mps(speed, stop_square[train] - here, loss)
+        wish = max(bounds[:, train].min(), speed - loss)
+        emergency = max(bounds[3, train], speed - loss - emergency_extra[train])
+        next_mps[train] = min(wish, emergency)
+    return next_mps, bounds
+
+
+def _traction_table(world: World) -> tuple[FloatArray, FloatArray]:
+    """Tabulate the speed gained in a step on the level, against speed, one row per type."""
+    fastest = max(kind.maximum_speed_mps for kind in world.train_types)
+    cells = int(np.ceil(1.5 * fastest * CELLS_PER_MPS)) + 2
+    start = np.arange(cells) / CELLS_PER_MPS
+    gains = []
+    for kind in world.train_types:
+        # The midpoint rule: the acceleration half a step on is that of the whole step.
+        half_way = start + 0.5 * world.step_s * kind.level_acceleration_mps2(start)
+        gains.append(world.step_s * kind.level_acceleration_mps2(half_way))
+    return np.concatenate(gains), world.type_index.astype(np.float64) * cells + 0.5

@@ -1,0 +1,1 @@
+"""Operations: how a train uses its permission."""

@@ -1,0 +1,1 @@
+"""Protections: how far and how fast a train may go."""
