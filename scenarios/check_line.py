@@ -1,0 +1,317 @@
+"""Cross-checks of the line's files: everything must lie where it can lie."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from scenarios.faults import Fault, meant, row_place
+from scenarios.files import Table
+from scenarios.schema import (
+    BaliseRow,
+    BlockRow,
+    CurveRow,
+    GeometryRow,
+    GradientRow,
+    LimitRow,
+    PlatformRow,
+    StationRow,
+    StretchRow,
+    TrackRow,
+    TurnoutRow,
+)
+
+TOLERANCE_KM = 1e-7
+
+
+@dataclass(frozen=True)
+class LineTables:
+    """The files that describe a line."""
+
+    stations: Table[StationRow]
+    tracks: Table[TrackRow]
+    platforms: Table[PlatformRow]
+    turnouts: Table[TurnoutRow]
+    limits: Table[LimitRow]
+    gradients: Table[GradientRow]
+    curves: Table[CurveRow]
+    balises: Table[BaliseRow]
+    blocks: Table[BlockRow]
+    geometry: Table[GeometryRow]
+
+    @property
+    def sections(self) -> list[list[TrackRow]]:
+        """Parallel tracks grouped by section, along the line."""
+        groups: dict[str, list[TrackRow]] = {}
+        for track in self.tracks:
+            groups.setdefault(track.section, []).append(track)
+        return sorted(groups.values(), key=lambda tracks: tracks[0].start_km)
+
+    @property
+    def extent_km(self) -> tuple[float, float] | None:
+        """Where the line starts and ends; nothing as long as its tracks have faults."""
+        if not (self.tracks.complete and self.tracks.rows):
+            return None
+        starts, ends = zip(*((track.start_km, track.end_km) for track in self.tracks), strict=True)
+        return min(starts), max(ends)
+
+
+def line_faults(line: LineTables) -> list[Fault]:
+    """
+    Return everything that is wrong between the files of a line.
+
+    Parameters
+    ----------
+    line
+        The files.
+
+    Returns
+    -------
+    list[Fault]
+        The faults.
+    """
+    faults = _track_faults(line) + _station_faults(line) + _platform_faults(line)
+    faults += _turnout_faults(line) + _block_faults(line) + _point_faults(line)
+    for stretches in (line.limits, line.gradients, line.curves):
+        faults += _stretch_faults(stretches, line.extent_km)
+    return faults
+
+
+def duplicates(table: Table[StationRow] | Table[TrackRow] | Table[BlockRow]) -> list[Fault]:
+    """
+    Return a fault for every identifier that occurs a second time.
+
+    Parameters
+    ----------
+    table
+        The file.
+
+    Returns
+    -------
+    list[Fault]
+        The faults.
+    """
+    first: dict[str, int] = {}
+    faults = []
+    for row in table.rows:
+        if row.id in first:
+            problem = f"{row.id!r} stands in row {first[row.id]} already"
+            faults.append(Fault(table.file, f"row {row.row}, column id", problem, "every id once"))
+        first.setdefault(row.id, row.row)
+    return faults
+
+
+def _same(one_km: float, other_km: float) -> bool:
+    return abs(one_km - other_km) < TOLERANCE_KM
+
+
+def _length_faults(table: Table[StretchRow]) -> list[Fault]:
+    return [
+        table.fault(
+            row, "end_km", f"{row.end_km:g} does not lie after start_km", f"above {row.start_km:g}"
+        )
+        for row in table
+        if row.end_km - row.start_km < TOLERANCE_KM
+    ]
+
+
+def _tiling_faults(
+    table: Table[StretchRow], rows: Iterable[StretchRow], what: str, *, gaps: bool
+) -> list[Fault]:
+    faults = []
+    for before, after in pairwise(sorted(rows, key=lambda row: (row.start_km, row.row))):
+        gap_km = after.start_km - before.end_km
+        if gap_km < -TOLERANCE_KM or (gaps and gap_km > TOLERANCE_KM):
+            kind = "leaves a gap behind" if gap_km > 0.0 else "overlaps"
+            problem = f"{what} at {after.start_km:g} {kind} the one of row {before.row}"
+            sign = "" if gaps else "not below "
+            faults.append(table.fault(after, "start_km", problem, f"{sign}{before.end_km:g}"))
+    return faults
+
+
+def _track_faults(line: LineTables) -> list[Fault]:
+    table: Table[StretchRow] = line.tracks
+    faults = duplicates(line.tracks) + _length_faults(table)
+    for tracks in line.sections:
+        first = tracks[0]
+        for track in tracks[1:]:
+            for column in ("start_km", "end_km"):
+                wanted = getattr(first, column)
+                if not _same(getattr(track, column), wanted):
+                    problem = f"differs from the parallel track {first.id!r}"
+                    faults.append(table.fault(track, column, problem, f"{wanted:g}"))
+    leading = [tracks[0] for tracks in line.sections]
+    return faults + _tiling_faults(table, leading, "the section", gaps=line.tracks.complete)
+
+
+def _station_faults(line: LineTables) -> list[Fault]:
+    table = line.stations
+    faults = duplicates(table)
+    for before, after in pairwise(table):
+        if after.chainage_km <= before.chainage_km:
+            problem = f"{after.chainage_km:g} does not lie after the station of row {before.row}"
+            allowed = f"above {before.chainage_km:g}"
+            faults.append(table.fault(after, "chainage_km", problem, allowed))
+    if line.extent_km:
+        start_km, end_km = line.extent_km
+        faults += [
+            table.fault(row, "chainage_km", "outside the line", f"from {start_km:g} to {end_km:g}")
+            for row in table
+            if not start_km <= row.chainage_km <= end_km
+        ]
+    return faults
+
+
+def _platform_faults(line: LineTables) -> list[Fault]:
+    table = line.platforms
+    stretches: Table[StretchRow] = table
+    faults = _length_faults(stretches)
+    tracks = {track.id: track for track in line.tracks}
+    stations = {station.id for station in line.stations}
+    first: dict[tuple[str, str], int] = {}
+    for row in table:
+        track = tracks.get(row.track)
+        if row.station not in stations and line.stations.complete:
+            problem, allowed = f"unknown station {row.station!r}", meant(row.station, stations)
+            faults.append(table.fault(row, "station", problem, allowed))
+        if track is None and line.tracks.complete:
+            problem, allowed = f"unknown track {row.track!r}", meant(row.track, tracks)
+            faults.append(table.fault(row, "track", problem, allowed))
+        if track and not track.start_km <= row.start_km <= row.end_km <= track.end_km:
+            column = "start_km" if row.start_km < track.start_km else "end_km"
+            allowed = f"from {track.start_km:g} to {track.end_km:g}"
+            problem = f"the platform lies outside its track {row.track!r}"
+            faults.append(table.fault(row, column, problem, allowed))
+        if not row.start_km <= row.stop_km <= row.end_km:
+            allowed = f"from {row.start_km:g} to {row.end_km:g}"
+            problem = f"the stop position {row.stop_km:g} lies outside the platform"
+            faults.append(table.fault(row, "stop_km", problem, allowed))
+        if (row.station, row.track) in first:
+            problem = f"the same platform as in row {first[row.station, row.track]}"
+            faults.append(table.fault(row, "", problem, "one platform per station and track"))
+        first.setdefault((row.station, row.track), row.row)
+    for track_id in tracks:
+        mine = [row for row in table if row.track == track_id]
+        faults += _tiling_faults(stretches, mine, "the platform", gaps=False)
+    return faults
+
+
+def _turnout_faults(line: LineTables) -> list[Fault]:
+    if not line.tracks.complete:
+        return []
+    table = line.turnouts
+    faults = []
+    boundaries = list(pairwise(line.sections))
+    standing = []
+    for row in table:
+        here = [pair for pair in boundaries if _same(pair[1][0].start_km, row.position_km)]
+        if not here or len(here[0][0]) == len(here[0][1]) == 1:
+            places = [f"{b[0].start_km:g}" for a, b in boundaries if max(len(a), len(b)) > 1]
+            problem = f"no tracks join or part at {row.position_km:g}"
+            allowed = f"one of {', '.join(places)}" if places else "no turnout on this line"
+            faults.append(table.fault(row, "position_km", problem, allowed))
+            continue
+        standing.append(row.position_km)
+        faults += _fouling_faults(table, row, here[0])
+    if table.complete:
+        for before, after in boundaries:
+            position_km = after[0].start_km
+            count = sum(_same(position_km, where) for where in standing)
+            if len(before) != len(after) and count == 0:
+                problem = (
+                    f"no turnout at {position_km:g}, where {len(before)} tracks become {len(after)}"
+                )
+                allowed = f"a turnout with position_km {position_km:g}"
+                faults.append(Fault(table.file, "column position_km", problem, allowed))
+            if count > 1:
+                problem = f"{count} turnouts at {position_km:g}"
+                faults.append(Fault(table.file, "column position_km", problem, "one at each place"))
+    return faults
+
+
+def _fouling_faults(
+    table: Table[TurnoutRow],
+    row: TurnoutRow,
+    neighbours: tuple[Sequence[TrackRow], Sequence[TrackRow]],
+) -> list[Fault]:
+    lowest_km, highest_km = neighbours[0][0].start_km, neighbours[1][0].end_km
+    faults = []
+    if not lowest_km <= row.fouling_start_km <= row.position_km:
+        problem = f"{row.fouling_start_km:g} lies outside the section before the points"
+        allowed = f"from {lowest_km:g} to {row.position_km:g}"
+        faults.append(table.fault(row, "fouling_start_km", problem, allowed))
+    if not row.position_km <= row.fouling_end_km <= highest_km:
+        problem = f"{row.fouling_end_km:g} lies outside the section behind the points"
+        allowed = f"from {row.position_km:g} to {highest_km:g}"
+        faults.append(table.fault(row, "fouling_end_km", problem, allowed))
+    return faults
+
+
+def _block_faults(line: LineTables) -> list[Fault]:
+    table = line.blocks
+    stretches: Table[StretchRow] = table
+    faults = duplicates(table) + _length_faults(stretches)
+    if not (line.tracks.complete and table.present):
+        return faults
+    tracks = {track.id: track for track in line.tracks}
+    for row in table:
+        if row.track not in tracks:
+            problem, allowed = f"unknown track {row.track!r}", meant(row.track, tracks)
+            faults.append(table.fault(row, "track", problem, allowed))
+    for track in tracks.values():
+        mine = sorted((row for row in table if row.track == track.id), key=lambda row: row.start_km)
+        faults += _tiling_faults(stretches, mine, "the block", gaps=table.complete)
+        if not table.complete:
+            continue
+        if not mine:
+            problem = f"track {track.id!r} has no block"
+            allowed = f"blocks from {track.start_km:g} to {track.end_km:g}"
+            faults.append(Fault(table.file, "column track", problem, allowed))
+            continue
+        for row, column in ((mine[0], "start_km"), (mine[-1], "end_km")):
+            wanted = getattr(track, column)
+            if not _same(getattr(row, column), wanted):
+                problem = f"the blocks do not reach from end to end of track {track.id!r}"
+                faults.append(table.fault(row, column, problem, f"{wanted:g}"))
+    return faults
+
+
+def _point_faults(line: LineTables) -> list[Fault]:
+    faults = []
+    for file, points in (
+        (line.balises.file, [(row.row, row.chainage_km) for row in line.balises]),
+        (line.geometry.file, [(row.row, row.chainage_km) for row in line.geometry]),
+    ):
+        for (row_before, before_km), (row, here_km) in pairwise(points):
+            if here_km <= before_km:
+                problem = f"{here_km:g} does not lie after row {row_before}"
+                where = row_place(row, "chainage_km")
+                faults.append(Fault(file, where, problem, f"above {before_km:g}"))
+    if line.extent_km:
+        start_km, end_km = line.extent_km
+        faults += [
+            line.balises.fault(
+                row, "chainage_km", "outside the line", f"from {start_km:g} to {end_km:g}"
+            )
+            for row in line.balises
+            if not start_km <= row.chainage_km <= end_km
+        ]
+    return faults
+
+
+def _stretch_faults(
+    table: Table[LimitRow] | Table[GradientRow] | Table[CurveRow],
+    extent_km: tuple[float, float] | None,
+) -> list[Fault]:
+    stretches: Table[StretchRow] = table
+    faults = _length_faults(stretches) + _tiling_faults(
+        stretches, stretches, "the stretch", gaps=False
+    )
+    if extent_km:
+        for row in stretches:
+            for column in ("start_km", "end_km"):
+                value_km = getattr(row, column)
+                if not extent_km[0] <= value_km <= extent_km[1]:
+                    allowed = f"from {extent_km[0]:g} to {extent_km[1]:g}"
+                    problem = f"{value_km:g} lies outside the line"
+                    faults.append(stretches.fault(row, column, problem, allowed))
+    return faults

@@ -1,0 +1,313 @@
+"""Cross-checks of the timetable against line and fleet."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from scenarios.check_line import LineTables
+from scenarios.faults import Fault, meant
+from scenarios.files import Table
+from scenarios.schema import (
+    CallRow,
+    DwellStationRow,
+    PlatformRow,
+    RollingStockFile,
+    ServiceRow,
+    TrainEntry,
+)
+
+
+@dataclass(frozen=True)
+class TimetableTables:
+    """The files that describe the trains, their calls and their dwell times."""
+
+    services: Table[ServiceRow]
+    calls: Table[CallRow]
+    dwell_stations: Table[DwellStationRow]
+
+
+def seconds(clock: str) -> int:
+    """
+    Return a time of day in seconds.
+
+    Parameters
+    ----------
+    clock
+        ``HH:MM:SS``.
+
+    Returns
+    -------
+    int
+        Seconds after midnight. [s]
+    """
+    hours, minutes, rest = (int(part) for part in clock.split(":"))
+    return 3600 * hours + 60 * minutes + rest
+
+
+def calls_by_train(timetable: TimetableTables) -> dict[str, list[CallRow]]:
+    """
+    Return the calls of every train.
+
+    Parameters
+    ----------
+    timetable
+        The files.
+
+    Returns
+    -------
+    dict[str, list[CallRow]]
+        Calls in file order by train, trains in the order of ``services.csv``.
+    """
+    calls: dict[str, list[CallRow]] = {service.train: [] for service in timetable.services}
+    for call in timetable.calls:
+        if call.train in calls:
+            calls[call.train].append(call)
+    return calls
+
+
+def timetable_faults(
+    timetable: TimetableTables, line: LineTables, stock: RollingStockFile | None
+) -> list[Fault]:
+    """
+    Return everything that is wrong between timetable, line and fleet.
+
+    Parameters
+    ----------
+    timetable
+        The files of the timetable.
+    line
+        The files of the line.
+    stock
+        Train types; nothing if they have faults of their own.
+
+    Returns
+    -------
+    list[Fault]
+        The faults.
+    """
+    faults = _service_faults(timetable, stock) + _dwell_station_faults(timetable, line)
+    faults += _reference_faults(timetable, line)
+    train_types = {service.train: service.train_type for service in timetable.services}
+    for train, calls in calls_by_train(timetable).items():
+        kind = stock.train.get(train_types[train]) if stock else None
+        faults += _sequence_faults(timetable, line, calls)
+        faults += _stop_faults(timetable, line, calls, kind)
+        faults += _route_faults(timetable, line, calls)
+    return faults + _order_faults(timetable, line)
+
+
+def _service_faults(timetable: TimetableTables, stock: RollingStockFile | None) -> list[Fault]:
+    table = timetable.services
+    faults = []
+    calls = calls_by_train(timetable)
+    first: dict[str, int] = {}
+    for row in table:
+        if row.train in first:
+            problem = f"train {row.train!r} stands in row {first[row.train]} already"
+            faults.append(table.fault(row, "train", problem, "every train once"))
+        first.setdefault(row.train, row.row)
+        if stock and row.train_type not in stock.train:
+            problem = f"unknown train type {row.train_type!r}"
+            faults.append(
+                table.fault(row, "train_type", problem, meant(row.train_type, stock.train))
+            )
+        if not calls[row.train] and timetable.calls.complete:
+            problem = f"train {row.train!r} has no call"
+            faults.append(table.fault(row, "train", problem, "one row or more in calls.csv"))
+    return faults
+
+
+def _dwell_station_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
+    table = timetable.dwell_stations
+    faults = []
+    stations = [station.id for station in line.stations]
+    first: dict[str, int] = {}
+    for row in table:
+        if row.station not in stations and line.stations.complete:
+            problem = f"unknown station {row.station!r}"
+            faults.append(table.fault(row, "station", problem, meant(row.station, stations)))
+        if row.station in first:
+            problem = f"{row.station!r} stands in row {first[row.station]} already"
+            faults.append(table.fault(row, "station", problem, "every station once"))
+        first.setdefault(row.station, row.row)
+        if row.booked_dwell_s < row.minimum_dwell_s:
+            problem = f"{row.booked_dwell_s:g} is shorter than the minimum dwell"
+            allowed = f"from {row.minimum_dwell_s:g}"
+            faults.append(table.fault(row, "booked_dwell_s", problem, allowed))
+    return faults
+
+
+def _reference_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
+    table = timetable.calls
+    faults = []
+    known: tuple[tuple[str, bool, list[str]], ...] = (
+        ("train", timetable.services.complete, [row.train for row in timetable.services]),
+        ("station", line.stations.complete, [row.id for row in line.stations]),
+        ("track", line.tracks.complete, [row.id for row in line.tracks]),
+    )
+    platforms = {(row.station, row.track) for row in line.platforms}
+    timed = {row.station for row in timetable.dwell_stations}
+    untimed: set[str] = set()
+    for row in table:
+        good = True
+        for column, complete, names in known:
+            name = getattr(row, column)
+            if name not in names:
+                good = False
+                if complete:
+                    allowed = meant(name, names)
+                    faults.append(table.fault(row, column, f"unknown {column} {name!r}", allowed))
+        if good and (row.station, row.track) not in platforms and line.platforms.complete:
+            problem = f"station {row.station!r} has no platform at track {row.track!r}"
+            here = [track for station, track in platforms if station == row.station]
+            faults.append(table.fault(row, "track", problem, meant(row.track, sorted(here))))
+        if good and row.station not in timed | untimed and timetable.dwell_stations.complete:
+            untimed.add(row.station)
+            problem = f"{row.station!r}, where trains call, is missing"
+            file = timetable.dwell_stations.file
+            faults.append(
+                Fault(file, "column station", problem, "a row for every station called at")
+            )
+    return faults
+
+
+def _sequence_faults(
+    timetable: TimetableTables, line: LineTables, calls: Sequence[CallRow]
+) -> list[Fault]:
+    table = timetable.calls
+    where = {station.id: station.chainage_km for station in line.stations}
+    faults = []
+    for before, after in pairwise(calls):
+        if where.get(after.station, 1e9) <= where.get(before.station, -1e9):
+            problem = f"{after.station!r} does not lie after {before.station!r} of row {before.row}"
+            faults.append(table.fault(after, "station", problem, "calls in the running direction"))
+        if seconds(after.arrival) < seconds(before.departure):
+            problem = f"{after.arrival} is earlier than the departure of row {before.row}"
+            faults.append(table.fault(after, "arrival", problem, f"from {before.departure}"))
+    return faults
+
+
+def _stop_faults(
+    timetable: TimetableTables,
+    line: LineTables,
+    calls: Sequence[CallRow],
+    kind: TrainEntry | None,
+) -> list[Fault]:
+    table = timetable.calls
+    minimum_s = {row.station: row.minimum_dwell_s for row in timetable.dwell_stations}
+    platforms = {(row.station, row.track): row for row in line.platforms}
+    faults = []
+    for call in calls:
+        dwell_s = seconds(call.departure) - seconds(call.arrival)
+        least_s = minimum_s.get(call.station, 0.0)
+        if dwell_s < least_s:
+            problem = f"a dwell of {dwell_s} s at {call.station!r} is too short"
+            allowed = f"{least_s:g} s or more after {call.arrival}"
+            faults.append(table.fault(call, "departure", problem, allowed))
+        platform = platforms.get((call.station, call.track))
+        if kind and platform and _overhang_m(platform, kind) > 1e-3:
+            problem = f"a train of {kind.length_m:g} m does not fit at {call.station!r}"
+            room_m = 1000.0 * (platform.stop_km - platform.start_km)
+            allowed = f"up to {room_m:g} m from the start of the platform to the stop position"
+            faults.append(table.fault(call, "track", problem, allowed))
+    return faults
+
+
+def _overhang_m(platform: PlatformRow, kind: TrainEntry) -> float:
+    return kind.length_m - 1000.0 * (platform.stop_km - platform.start_km)
+
+
+def route_of(line: LineTables, calls: Sequence[CallRow]) -> list[tuple[int, int]]:
+    """
+    Return the way of a train.
+
+    Parameters
+    ----------
+    line
+        The files of the line.
+    calls
+        Calls of the train, in order.
+
+    Returns
+    -------
+    list[tuple[int, int]]
+        Section and place of the track within it, from the first call to the end of the
+        line; the first track where the train does not call. Empty as long as a track of
+        the calls is unknown.
+    """
+    sections = line.sections
+    place = {
+        track.id: (number, index)
+        for number, tracks in enumerate(sections)
+        for index, track in enumerate(tracks)
+    }
+    if not calls or any(call.track not in place for call in calls):
+        return []
+    called: Mapping[int, int] = dict(place[call.track] for call in calls)
+    first = place[calls[0].track][0]
+    return [(number, called.get(number, 0)) for number in range(first, len(sections))]
+
+
+def _route_faults(
+    timetable: TimetableTables, line: LineTables, calls: Sequence[CallRow]
+) -> list[Fault]:
+    if not (line.tracks.complete and line.turnouts.complete):
+        return []
+    table = timetable.calls
+    sections = line.sections
+    points = {round(row.position_km, 6) for row in line.turnouts}
+    section_of = {track.id: number for number, group in enumerate(sections) for track in group}
+    tracks: dict[int, str] = {}
+    faults = []
+    for call in calls:
+        section = section_of.get(call.track)
+        if section is not None and tracks.setdefault(section, call.track) != call.track:
+            problem = f"the train calls at track {tracks[section]!r} of the same section before"
+            faults.append(table.fault(call, "track", problem, tracks[section]))
+    for (_, before), (number, after) in pairwise(route_of(line, calls)):
+        boundary_km = sections[number][0].start_km
+        if before != after and round(boundary_km, 6) not in points:
+            problem = f"the train changes track at {boundary_km:g} km, where no turnout stands"
+            allowed = "calls at tracks of the same place in both sections"
+            faults.append(table.fault(calls[0], "track", problem, allowed))
+    return faults
+
+
+def _order_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
+    faults = []
+    by_train = calls_by_train(timetable)
+    routes = {train: dict(route_of(line, calls)) for train, calls in by_train.items()}
+    section_of = {track.id: number for number, group in enumerate(line.sections) for track in group}
+    for station in line.stations:
+        last: dict[tuple[str, object], CallRow] = {}
+        for train, calls in by_train.items():
+            here = next((call for call in calls if call.station == station.id), None)
+            section = section_of.get(here.track) if here else None
+            if here is None or section is None or not routes[train]:
+                continue
+            route = routes[train]
+            places = {"platform": here.track, "departure": route.get(section + 1, "end")}
+            if section - 1 in route:
+                places["arrival"] = route[section - 1]
+            for kind, place in places.items():
+                leader = last.get((kind, place))
+                faults += _order_fault(timetable, kind, leader, here) if leader else []
+                last[kind, place] = here
+    return faults
+
+
+def _order_fault(
+    timetable: TimetableTables, kind: str, leader: CallRow, follower: CallRow
+) -> list[Fault]:
+    table = timetable.calls
+    if kind == "platform":
+        if seconds(follower.arrival) >= seconds(leader.departure):
+            return []
+        problem = f"track {follower.track!r} is taken by train {leader.train!r} of row {leader.row}"
+        return [table.fault(follower, "arrival", problem, f"from {leader.departure}")]
+    before, after = getattr(leader, kind), getattr(follower, kind)
+    if seconds(after) > seconds(before):
+        return []
+    problem = f"overtakes train {leader.train!r} of row {leader.row} on one track"
+    allowed = f"after {before}, the order of {timetable.services.file} on every shared track"
+    return [table.fault(follower, kind, problem, allowed)]

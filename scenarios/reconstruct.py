@@ -1,0 +1,372 @@
+r"""
+Seconds for a timetable of which only whole departure minutes are public.
+
+Every departure must lie within its public minute, every run must be possible for the train,
+and one platform track must not hold two trains. Among all timetables that obey, the one is
+chosen whose dwells and run times stay closest to their usual figures. In units of five
+seconds all constraints are differences of two times with whole bounds, so their matrix is
+totally unimodular and the linear programme has a whole-numbered solution.
+
+``python -m scenarios.reconstruct scenarios/rush_hour`` writes ``calls.csv`` anew.
+"""
+
+import csv
+import io
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import linprog
+from scipy.sparse import coo_array
+
+from railway.line import Line
+from railway.rolling_stock import TrainType
+from railway.run_curve import fastest_run
+from scenarios.check_timetable import seconds
+from scenarios.faults import ScenarioError
+from scenarios.files import Reader
+from scenarios.load import read_line, read_stock, to_line, to_train_types
+from scenarios.schema import DwellStationRow, ServiceRow
+
+PUBLIC_FILE = "public_timetable.csv"
+UNIT_S = 5
+"""Working timetables of Japanese metropolitan lines are written in steps of 5 s. [s]"""
+RUN_ALLOWANCE = 1.03
+"""Least booked run time over the fastest. [-]"""
+PLATFORM_INTERVAL_S = 60
+"""Least booked time from a departure to the next arrival at the same platform track. [s]"""
+MERGE_INTERVAL_S = 60
+"""Least booked time between departures from different tracks of a station. [s]"""
+EASY_INTERVAL_S = 90
+"""Departure-to-arrival interval below which a penalty counts. [s]"""
+PENALTY_STEPS_S = (0, 10, 25)
+"""Each deviation counts once more beyond each of these. [s]"""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """All that the reconstruction starts from."""
+
+    line: Line
+    train_types: Mapping[str, TrainType]
+    type_of_train: Mapping[str, str]
+    departures: Mapping[str, Mapping[str, int]]
+    """Public departure minute by train and station. [min after midnight]"""
+    dwell: Mapping[str, DwellStationRow]
+
+
+@dataclass(frozen=True, slots=True)
+class _Stop:
+    """A call whose times are sought; arrival and departure are indices of unknowns."""
+
+    train: str
+    station: str
+    track: str
+    minute: int
+    arrival: int
+    departure: int
+    origin: bool
+
+
+@dataclass
+class _Programme:
+    """A linear programme over differences of unknown times, in whole units."""
+
+    unknowns: int
+    rows: list[tuple[int, int, int, int]] = field(default_factory=list)
+    """Later, earlier, slack (or -1), greatest difference."""
+    weights: list[float] = field(default_factory=list)
+
+    def at_least(self, later: int, earlier: int, units: int) -> None:
+        self.rows.append((earlier, later, -1, -units))
+
+    def prefer(self, later: int, earlier: int, units: int, *, only_short: bool = False) -> None:
+        for step_s in PENALTY_STEPS_S:
+            room = step_s // UNIT_S
+            self._penalise(earlier, later, room - units)
+            if not only_short:
+                self._penalise(later, earlier, room + units)
+
+    def _penalise(self, later: int, earlier: int, units: int) -> None:
+        self.rows.append((later, earlier, self.unknowns + len(self.weights), units))
+        self.weights.append(1.0)
+
+    def solve(self, bounds: Sequence[tuple[float, float]]) -> list[int]:
+        """Return the unknown times in whole units."""
+        count = len(self.rows)
+        later, earlier, slack, most = (np.array(part) for part in zip(*self.rows, strict=True))
+        slack_rows = np.flatnonzero(slack >= 0)
+        entries = np.concatenate([np.ones(count), -np.ones(count), -np.ones(slack_rows.size)])
+        where = (
+            np.concatenate([np.arange(count), np.arange(count), slack_rows]),
+            np.concatenate([later, earlier, slack[slack_rows]]),
+        )
+        shape = (count, self.unknowns + len(self.weights))
+        # The stubs of linprog do not know that it takes sparse matrices.
+        matrix: Any = coo_array((entries, where), shape=shape).tocsr()
+        # Uneven little costs leave one best solution, whatever the solver's path.
+        tie_break = 1e-4 * ((np.arange(1, self.unknowns + 1) * 0.618033988749895) % 1.0 - 0.5)
+        result = linprog(
+            np.concatenate([tie_break, self.weights]),
+            A_ub=matrix,
+            b_ub=most,
+            bounds=[*bounds, *((0.0, None) for _ in self.weights)],
+            method="highs-ds",
+        )
+        if result.x is None:
+            message = f"no timetable obeys the public minutes: {result.message}"
+            raise ValueError(message)
+        times = result.x[: self.unknowns]
+        if np.max(np.abs(times - np.round(times))) > 1e-6:
+            message = "the solver returned a solution between whole units"
+            raise ValueError(message)
+        return [int(time) for time in np.round(times)]
+
+
+def read_source(folder: Path) -> Source:
+    """
+    Read what a timetable is reconstructed from.
+
+    Parameters
+    ----------
+    folder
+        Scenario folder with line, rolling stock, ``services.csv``, ``dwell_stations.csv``
+        and ``public_timetable.csv``, whose columns are the train and the stations.
+
+    Returns
+    -------
+    Source
+        What they hold.
+
+    Raises
+    ------
+    ScenarioError
+        If line, rolling stock, services or dwell times cannot be read.
+    ValueError
+        If the public minutes lack a train or name a station without dwell times.
+    """
+    reader = Reader()
+    line = read_line(reader, folder)
+    stock = read_stock(reader, folder)
+    services = reader.csv(folder / "services.csv", "timetable", ServiceRow)
+    dwell = reader.csv(folder / "dwell_stations.csv", "timetable", DwellStationRow)
+    if reader.faults or stock is None:
+        raise ScenarioError(tuple(reader.faults))
+    public = _read_public(folder / PUBLIC_FILE)
+    needed = {row.train for row in services} - set(public)
+    called = {station for minutes in public.values() for station in minutes}
+    unknown = sorted(needed) + sorted(called - {row.station for row in dwell})
+    if unknown:
+        message = f"{PUBLIC_FILE} and the other files disagree about {', '.join(unknown)}"
+        raise ValueError(message)
+    return Source(
+        line=to_line(line, folder.name),
+        train_types=to_train_types(stock),
+        type_of_train={row.train: row.train_type for row in services},
+        departures={row.train: public[row.train] for row in services},
+        dwell={row.station: row for row in dwell},
+    )
+
+
+def _read_public(path: Path) -> dict[str, dict[str, int]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return {
+            row["train"]: {
+                station: seconds(f"{clock}:00") // 60
+                for station, clock in row.items()
+                if station != "train" and clock
+            }
+            for row in csv.DictReader(file)
+        }
+
+
+def fastest_run_times(source: Source) -> dict[tuple[str, str, str], float]:
+    """
+    Return the technically fastest run times.
+
+    Parameters
+    ----------
+    source
+        Line, trains and public minutes.
+
+    Returns
+    -------
+    dict[tuple[str, str, str], float]
+        By train type, station of departure and station of arrival. [s]
+    """
+    stop_m = {platform.station: platform.stop_m for platform in source.line.platforms}
+    legs = {
+        (source.type_of_train[train], start, end)
+        for train, minutes in source.departures.items()
+        for start, end in pairwise(minutes)
+    }
+    return {
+        (kind, start, end): fastest_run(
+            source.line, source.train_types[kind], stop_m[start], stop_m[end]
+        ).run_time_s
+        for kind, start, end in sorted(legs)
+    }
+
+
+def usual_run_times(
+    source: Source, least: Mapping[tuple[str, str, str], int]
+) -> dict[tuple[str, str, str], int]:
+    """
+    Return the run times that the public minutes suggest.
+
+    The truncation of the minutes cancels in the mean over many trains: what remains of the
+    mean interval between two departures after the booked dwell is the usual run time.
+
+    Parameters
+    ----------
+    source
+        Line, trains and public minutes.
+    least
+        Least run time by train type and stations. [units]
+
+    Returns
+    -------
+    dict[tuple[str, str, str], int]
+        Usual run time, not below the least. [units]
+    """
+    found: dict[tuple[str, str, str], list[int]] = {}
+    for train, minutes in source.departures.items():
+        for start, end in pairwise(minutes):
+            leg = (source.type_of_train[train], start, end)
+            found.setdefault(leg, []).append(minutes[end] - minutes[start])
+    usual = {}
+    for leg, spans in found.items():
+        run_s = 60.0 * sum(spans) / len(spans) - source.dwell[leg[2]].booked_dwell_s
+        usual[leg] = max(round(run_s / UNIT_S), least[leg])
+    return usual
+
+
+def reconstruct(source: Source) -> str:
+    """
+    Return a timetable to the second.
+
+    Parameters
+    ----------
+    source
+        Line, trains, dwell times and public minutes.
+
+    Returns
+    -------
+    str
+        Content of ``calls.csv``.
+
+    Raises
+    ------
+    ValueError
+        If no timetable obeys the public minutes.
+    """
+    trains = _stops(source)
+    stops = [stop for train in trains for stop in train]
+    programme = _Programme(unknowns=2 * len(stops))
+    _add_runs(programme, source, trains)
+    _add_dwells(programme, source, stops)
+    _add_intervals(programme, stops)
+    per_minute = 60 // UNIT_S
+    bounds: list[tuple[float, float]] = [(0.0, np.inf)] * programme.unknowns
+    for stop in stops:
+        first = stop.minute * per_minute
+        bounds[stop.departure] = (first, first + per_minute - 1)
+    times = programme.solve(bounds)
+    text = io.StringIO(newline="")
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(["train", "station", "track", "arrival", "departure"])
+    for stop in stops:
+        arrival, departure = (_clock(times[index]) for index in (stop.arrival, stop.departure))
+        rows.writerow([stop.train, stop.station, stop.track, arrival, departure])
+    return text.getvalue()
+
+
+def _clock(units: int) -> str:
+    minutes, rest_s = divmod(units * UNIT_S, 60)
+    return f"{minutes // 60:02d}:{minutes % 60:02d}:{rest_s:02d}"
+
+
+def _stops(source: Source) -> list[list[_Stop]]:
+    tracks: dict[str, list[str]] = {}
+    for platform in source.line.platforms:
+        tracks.setdefault(platform.station, []).append(platform.track)
+    count = 0
+    trains = []
+    for train, minutes in source.departures.items():
+        stops: list[_Stop] = []
+        for station, minute in minutes.items():
+            # A train that starts here stands at the second track, out of the others' way.
+            track = tracks[station][-1 if not stops else 0]
+            stops.append(
+                _Stop(train, station, track, minute, 2 * count, 2 * count + 1, origin=not stops)
+            )
+            count += 1
+        trains.append(stops)
+    return trains
+
+
+def _add_runs(programme: _Programme, source: Source, trains: list[list[_Stop]]) -> None:
+    least = {
+        leg: ceil(RUN_ALLOWANCE * run_s / UNIT_S)
+        for leg, run_s in fastest_run_times(source).items()
+    }
+    usual = usual_run_times(source, least)
+    for stops in trains:
+        for before, after in pairwise(stops):
+            leg = (source.type_of_train[before.train], before.station, after.station)
+            programme.at_least(after.arrival, before.departure, least[leg])
+            programme.prefer(after.arrival, before.departure, usual[leg])
+
+
+def _add_dwells(programme: _Programme, source: Source, stops: list[_Stop]) -> None:
+    for stop in stops:
+        dwell = source.dwell[stop.station]
+        booked = round(dwell.booked_dwell_s / UNIT_S)
+        least = booked if stop.origin else ceil(dwell.minimum_dwell_s / UNIT_S)
+        programme.at_least(stop.departure, stop.arrival, least)
+        if stop.origin:
+            programme.at_least(stop.arrival, stop.departure, -booked)
+        programme.prefer(stop.departure, stop.arrival, booked)
+
+
+def _add_intervals(programme: _Programme, stops: list[_Stop]) -> None:
+    for leader, follower in _neighbours(stops):
+        if leader.track == follower.track:
+            least = ceil(PLATFORM_INTERVAL_S / UNIT_S)
+            programme.at_least(follower.arrival, leader.departure, least)
+            easy = EASY_INTERVAL_S // UNIT_S
+            programme.prefer(follower.arrival, leader.departure, easy, only_short=True)
+        least = ceil(MERGE_INTERVAL_S / UNIT_S)
+        programme.at_least(follower.departure, leader.departure, least)
+
+
+def _neighbours(stops: list[_Stop]) -> Iterator[tuple[_Stop, _Stop]]:
+    """Yield each stop with the next one of the station, and with the next one of its track."""
+    by_place: dict[tuple[str, str], list[_Stop]] = {}
+    for stop in stops:
+        by_place.setdefault((stop.station, ""), []).append(stop)
+        by_place.setdefault((stop.station, stop.track), []).append(stop)
+    for neighbours in by_place.values():
+        yield from pairwise(neighbours)
+
+
+def main(folder: Path) -> None:
+    """
+    Write ``calls.csv`` of a scenario folder anew.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+    """
+    text = reconstruct(read_source(folder))
+    (folder / "calls.csv").write_text(text, encoding="utf-8", newline="")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,0 +1,191 @@
+"""Cross-checks between scenario files: every contradiction is named where it stands."""
+
+from pathlib import Path
+
+import pytest
+
+from scenarios import ScenarioError, load
+from tests.unit.scenario_folder import replace, write_scenario
+
+LAST_A1 = "A1,last,south-1,07:05:00,07:05:30"
+
+CASES = {
+    "station unsorted": ("stations.csv", "三,3.0", "三,1.4", "row 4, column chainage_km"),
+    "station outside": ("stations.csv", "三,3.0", "三,3.6", "row 4, column chainage_km"),
+    "station twice": ("stations.csv", "last,Last", "first,Last", "row 4, column id"),
+    "track twice": ("tracks.csv", "south,south-1", "south,north-1", "row 5, column id"),
+    "track gap": ("tracks.csv", "south-1,1.6", "south-1,1.7", "row 5, column start_km"),
+    "track overlap": ("tracks.csv", "south-1,1.6", "south-1,1.5", "row 5, column start_km"),
+    "track unequal": (
+        "tracks.csv",
+        "middle-2,1.2,1.6",
+        "middle-2,1.3,1.6",
+        "row 4, column start_km",
+    ),
+    "track no length": ("tracks.csv", "south-1,1.6,3.5", "south-1,1.6,1.6", "row 5, column end_km"),
+    "platform station": ("platforms.csv", "last,south-1", "lost,south-1", "row 5, column station"),
+    "platform track": ("platforms.csv", "last,south-1", "last,south-9", "row 5, column track"),
+    "platform outside": ("platforms.csv", "-0.205,0.005", "-0.305,0.005", "row 2, column start_km"),
+    "platform twice": ("platforms.csv", "middle,middle-2", "middle,middle-1", "row 4"),
+    "stop outside": ("platforms.csv", "3.005,3.0", "3.005,3.1", "row 5, column stop_km"),
+    "turnout astray": ("turnouts.csv", "joining,1.6", "joining,1.7", "row 3, column position_km"),
+    "turnout missing": (
+        "turnouts.csv",
+        "joining,1.6,1.54,1.61\n",
+        "",
+        "column position_km",
+    ),
+    "turnout twice": (
+        "turnouts.csv",
+        "joining,1.6,1.54,1.61\n",
+        "joining,1.6,1.54,1.61\nagain,1.6,1.54,1.61\n",
+        "column position_km",
+    ),
+    "fouling start": ("turnouts.csv", "1.6,1.54", "1.6,1.65", "row 3, column fouling_start_km"),
+    "fouling too early": ("turnouts.csv", "1.6,1.54", "1.6,1.1", "row 3, column fouling_start_km"),
+    "fouling end": ("turnouts.csv", "1.19,1.26", "1.19,1.16", "row 2, column fouling_end_km"),
+    "limit overlap": ("limits.csv", "1.0,2.0", "0.9,2.0", "row 3, column start_km"),
+    "limit outside": ("limits.csv", "1.0,2.0", "1.0,4.0", "row 3, column end_km"),
+    "limit no length": ("limits.csv", "1.0,2.0", "1.0,1.0", "row 3, column end_km"),
+    "gradient overlap": ("gradients.csv", "0.5,0.9", "0.4,0.9", "row 3, column start_km"),
+    "gradient negative": ("gradients.csv", "0.5,0.9", "0.9,0.5", "row 3, column end_km"),
+    "curve overlap": ("curves.csv", "2.0,2.2", "0.3,2.2", "row 3, column start_km"),
+    "curve outside": ("curves.csv", "0.1,0.5", "-0.4,0.5", "row 2, column start_km"),
+    "balise unsorted": ("balises.csv", "1.0", "0.4", "row 3, column chainage_km"),
+    "balise outside": ("balises.csv", "1.0", "9.0", "row 3, column chainage_km"),
+    "geometry unsorted": ("geometry.csv", "3.5", "-0.5", "row 3, column chainage_km"),
+    "block gap": ("blocks.csv", "s2,south-1,2.5", "s2,south-1,2.6", "row 7, column start_km"),
+    "block overlap": ("blocks.csv", "s2,south-1,2.5", "s2,south-1,2.4", "row 7, column start_km"),
+    "block short": ("blocks.csv", "2.5,3.5", "2.5,3.4", "row 7, column end_km"),
+    "block track": ("blocks.csv", "m2,middle-2", "m2,middle-3", "row 5, column track"),
+    "blocks missing": ("blocks.csv", "m2,middle-2,1.2,1.6\n", "", "column track"),
+    "block twice": ("blocks.csv", "s2,south-1", "s1,south-1", "row 7, column id"),
+    "service twice": ("services.csv", "C3,unit", "C3,unit\nA1,unit", "row 5, column train"),
+    "service type": ("services.csv", "C3,unit", "C3,units", "row 4, column train_type"),
+    "service idle": ("services.csv", "C3,unit", "C3,unit\nD4,unit", "row 5, column train"),
+    "call train": ("calls.csv", LAST_A1, f"X{LAST_A1}", "row 4, column train"),
+    "call station": ("calls.csv", "A1,last", "A1,lost", "row 4, column station"),
+    "call track": ("calls.csv", LAST_A1, LAST_A1.replace("h-1", "h-2"), "row 4, column track"),
+    "call no platform": (
+        "calls.csv",
+        LAST_A1,
+        LAST_A1.replace("south-1", "middle-2"),
+        "row 4, column track",
+    ),
+    "call order": ("calls.csv", "A1,last", "A1,first", "row 4, column station"),
+    "call back in time": (
+        "calls.csv",
+        LAST_A1,
+        LAST_A1.replace("05:00", "02:00"),
+        "row 4, column arrival",
+    ),
+    "call dwell": (
+        "calls.csv",
+        LAST_A1,
+        LAST_A1.replace("05:30", "05:10"),
+        "row 4, column departure",
+    ),
+    "call reversed": (
+        "calls.csv",
+        LAST_A1,
+        LAST_A1.replace("05:00", "05:40"),
+        "row 4, column departure",
+    ),
+    "platform taken": (
+        "calls.csv",
+        "07:07:00,07:07:30",
+        "07:05:20,07:07:30",
+        "row 6, column arrival",
+    ),
+    "overtaking at the end": (
+        "calls.csv",
+        "07:10:00,07:10:30",
+        "07:08:30,07:07:20",
+        "row 9, column departure",
+    ),
+    "overtaking by the other track": (
+        "calls.csv",
+        "B2,middle,middle-2,07:04:00,07:05:00",
+        "B2,middle,middle-2,07:01:00,07:02:00",
+        "row 5, column departure",
+    ),
+    "dwell station": ("dwell_stations.csv", "last,20", "lost,20", "row 4, column station"),
+    "dwell station twice": ("dwell_stations.csv", "last,20", "first,20", "row 4, column station"),
+    "dwell station missing": ("dwell_stations.csv", "last,20,30,1.0\n", "", "column station"),
+    "dwell booked": (
+        "dwell_stations.csv",
+        "last,20,30",
+        "last,20,10",
+        "row 4, column booked_dwell_s",
+    ),
+    "dwell scale": ("dwell_stations.csv", "30,1.5", "30,-1.5", "row 3, column delay_scale"),
+    "level start": ("dwell_quantiles.csv", "0.0,0", "0.1,0", "row 2, column level"),
+    "level end": ("dwell_quantiles.csv", "1.0,60", "0.9,60", "row 4, column level"),
+    "level falling": ("dwell_quantiles.csv", "0.5,4", "0.0,4", "row 3, column level"),
+    "level above one": ("dwell_quantiles.csv", "0.5,4", "1.5,4", "row 3, column level"),
+    "delay falling": ("dwell_quantiles.csv", "0.5,4", "0.5,99", "row 4, column delay_s"),
+}
+
+
+@pytest.mark.parametrize(("file", "old", "new", "where"), CASES.values(), ids=CASES)
+def test_contradiction(tmp_path: Path, file: str, old: str, new: str, where: str) -> None:
+    folder = write_scenario(tmp_path)
+    replace(folder, file, old, new)
+    with pytest.raises(ScenarioError) as caught:
+        load(folder)
+    faults = caught.value.faults
+    assert (file, where) in {(fault.file, fault.where) for fault in faults}
+    assert all(fault.problem and fault.allowed for fault in faults)
+
+
+def test_a_train_longer_than_the_platform_is_named_at_every_call(tmp_path: Path) -> None:
+    folder = write_scenario(tmp_path)
+    replace(folder, "rolling_stock.toml", "length_m = 200.0", "length_m = 240.0")
+    with pytest.raises(ScenarioError) as caught:
+        load(folder)
+    places = [(fault.file, fault.where) for fault in caught.value.faults]
+    assert places == [("calls.csv", f"row {row}, column track") for row in range(2, 10)]
+
+
+def test_parallel_tracks_need_a_turnout_for_a_change(tmp_path: Path) -> None:
+    folder = write_scenario(tmp_path)
+    replace(
+        folder,
+        "tracks.csv",
+        "south,south-1,1.6,3.5",
+        "south,south-1,1.6,3.5\nsouth,south-2,1.6,3.5",
+    )
+    replace(folder, "blocks.csv", "s2,south-1,2.5,3.5", "s2,south-1,2.5,3.5\ns3,south-2,1.6,3.5")
+    load(folder)
+    replace(folder, "turnouts.csv", "joining,1.6,1.54,1.61\n", "")
+    with pytest.raises(ScenarioError) as caught:
+        load(folder)
+    assert [(fault.file, fault.where) for fault in caught.value.faults] == [
+        ("calls.csv", "row 5, column track")
+    ]
+
+
+def test_two_tracks_of_one_section_in_one_trip(tmp_path: Path) -> None:
+    folder = write_scenario(tmp_path)
+    replace(folder, "stations.csv", "last,", "extra,Extra,外,1.55,139.7,35.8\nlast,")
+    replace(
+        folder,
+        "platforms.csv",
+        "last,",
+        "extra,middle-2,1.51,1.6,1.55\nlast,",
+    )
+    replace(folder, "dwell_stations.csv", "last,", "extra,0,0,1\nlast,")
+    replace(folder, "calls.csv", "A1,last", "A1,extra,middle-2,07:03:30,07:04:00\nA1,last")
+    with pytest.raises(ScenarioError) as caught:
+        load(folder)
+    assert any("same section" in fault.problem for fault in caught.value.faults)
+
+
+def test_one_fault_has_no_followers(tmp_path: Path) -> None:
+    folder = write_scenario(tmp_path)
+    replace(folder, "stations.csv", "二,1.5", "二,x")
+    with pytest.raises(ScenarioError) as caught:
+        load(folder)
+    assert [(fault.file, fault.where) for fault in caught.value.faults] == [
+        ("stations.csv", "row 3, column chainage_km")
+    ]
