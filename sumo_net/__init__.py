@@ -1,0 +1,1 @@
+"""The door to Eclipse SUMO: its files, its network and its engine."""

@@ -1,0 +1,226 @@
+"""Write what SUMO reads; the network is built once per content and kept in a cache."""
+
+import hashlib
+import math
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+from railway.arrays import FloatArray
+from railway.line import Line
+from railway.scenario import Scenario
+from railway.world import World
+from sumo_net import plain_xml
+
+NETCONVERT_OPTIONS = (
+    "--no-internal-links",
+    "--no-turnarounds",
+    "--offset.disable-normalization",
+    "--precision=3",
+    "--no-warnings",
+)
+
+IGNORE_SIGNALS = {"railsignal.default-classes": "ship"}
+"""
+Option that leaves signals to a class that never runs.
+
+Else a train enters only when the stretch to the next signal is free, which without signals
+is the whole line. The option holds for signals in the network, too: they stay green. An
+empty value would say it better, but SUMO does not read one from a file.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class SumoFiles:
+    """What a run of SUMO needs; all files lie in one folder and name each other relatively."""
+
+    config: Path
+    network: Path
+    begin_s: float
+    """Time of the first step. [s]"""
+
+
+class NetworkError(RuntimeError):
+    """SUMO's netconvert refused the network."""
+
+
+def sumo_binary(name: str) -> Path:
+    """
+    Return the path of a program of the eclipse-sumo package.
+
+    Parameters
+    ----------
+    name
+        ``sumo``, ``sumo-gui`` or ``netconvert``.
+
+    Returns
+    -------
+    Path
+        The program.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the package or the program is missing.
+    """
+    package = find_spec("sumo")
+    if package is None or package.origin is None:
+        msg = "the Python package eclipse-sumo is not installed"
+        raise FileNotFoundError(msg)
+    folder = Path(package.origin).parent / "bin"
+    found = shutil.which(name, path=str(folder))
+    if found is None:
+        msg = f"{name} is missing in {folder}"
+        raise FileNotFoundError(msg)
+    return Path(found)
+
+
+def cache_folder() -> Path:
+    """Return where networks are kept: ``KANKAKU_CACHE``, else ``~/.cache/kankaku``."""
+    chosen = os.environ.get("KANKAKU_CACHE")
+    return Path(chosen) if chosen else Path.home() / ".cache" / "kankaku"
+
+
+def network(line: Line) -> Path:
+    """
+    Return the SUMO network of a line, built if the cache does not hold it.
+
+    Parameters
+    ----------
+    line
+        The line.
+
+    Returns
+    -------
+    Path
+        The network file in the cache.
+
+    Raises
+    ------
+    NetworkError
+        If netconvert refuses the network.
+    """
+    plain = {
+        "node": plain_xml.nodes_xml(line),
+        "edge": plain_xml.edges_xml(line),
+        "connection": plain_xml.connections_xml(line),
+    }
+    content = "\0".join([version("eclipse-sumo"), *NETCONVERT_OPTIONS, *plain.values()])
+    folder = cache_folder()
+    kept = folder / f"{hashlib.sha256(content.encode()).hexdigest()}.net.xml"
+    if not kept.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder) as work:
+            # Renaming is atomic: a parallel run sees the whole network or none.
+            _netconvert(plain, Path(work)).replace(kept)
+    return kept
+
+
+def _netconvert(plain: Mapping[str, str], work: Path) -> Path:
+    inputs = []
+    for kind, text in plain.items():
+        (work / f"{kind}.xml").write_text(text, encoding="utf-8")
+        inputs.append(f"--{kind}-files={kind}.xml")
+    command = [
+        str(sumo_binary("netconvert")),
+        *inputs,
+        *NETCONVERT_OPTIONS,
+        "--output-file=net.xml",
+    ]
+    done = subprocess.run(command, cwd=work, capture_output=True, text=True, check=False)  # noqa: S603
+    if done.returncode:
+        msg = f"netconvert failed: {done.stderr.strip()}"
+        raise NetworkError(msg)
+    return work / "net.xml"
+
+
+def build(
+    scenario: Scenario,
+    world: World,
+    dwell_delay_s: FloatArray,
+    folder: Path,
+    *,
+    signals: bool = True,
+) -> SumoFiles:
+    """
+    Write everything that a run of SUMO needs.
+
+    Parameters
+    ----------
+    scenario
+        Line, fleet and timetable.
+    world
+        Whose step is used.
+    dwell_delay_s
+        Dwell delay of every call. [s], shape (n_trains, n_calls_max)
+    folder
+        Where to write; made if missing.
+    signals
+        Draw the line's signals, which SUMO's own control of the trains obeys. Controllers
+        do not need them, and without them SUMO has fewer edges to look after: the shortest
+        computing time of a run.
+
+    Returns
+    -------
+    SumoFiles
+        Configuration that ``sumo -c`` runs as it is: SUMO then drives the trains itself,
+        until the last one has left the line.
+
+    Raises
+    ------
+    NetworkError
+        If netconvert refuses the network.
+    """
+    line = scenario.line if signals else replace(scenario.line, blocks=())
+    timetable = scenario.timetable
+    ready_s = min(service.calls[0].arrival_s for service in timetable.services)
+    begin_s = math.floor(ready_s - world.step_s) - 1.0
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(network(line), folder / "line.net.xml")
+    texts = {
+        "platforms.add.xml": plain_xml.platforms_xml(line),
+        "trains.rou.xml": plain_xml.routes_xml(
+            line, scenario.train_types.values(), timetable, dwell_delay_s, world.step_s
+        ),
+        "line.sumocfg": _configuration_xml(begin_s, world.step_s, signals=bool(line.blocks)),
+    }
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return SumoFiles(folder / "line.sumocfg", folder / "line.net.xml", begin_s)
+
+
+def _configuration_xml(begin_s: float, step_s: float, *, signals: bool) -> str:
+    groups: dict[str, dict[str, str]] = {
+        "input": {
+            "net-file": "line.net.xml",
+            "additional-files": "platforms.add.xml",
+            "route-files": "trains.rou.xml",
+        },
+        "time": {
+            "begin": f"{begin_s:.0f}",
+            "step-length": f"{step_s:.3f}",
+        },
+        "processing": {
+            "step-method.ballistic": "true",
+            "time-to-teleport": "-1",
+            "collision.action": "warn",
+            # Else an entering train waits until the whole stretch without signals is free.
+        },
+        "report": {"no-step-log": "true"},
+    }
+    if not signals:
+        groups["processing"] |= IGNORE_SIGNALS
+    root = ET.Element("configuration")
+    for group, options in groups.items():
+        element = ET.SubElement(root, group)
+        for option, value in options.items():
+            ET.SubElement(element, option, value=value)
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode") + "\n"
