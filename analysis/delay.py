@@ -1,0 +1,190 @@
+"""
+Delay of every call, and how it splits into primary and secondary.
+
+The *unhindered* run of a train is its trip with its own injected dwell delays and its own
+booked slack, but no other train on the line: from its origin it departs at
+``max(booked departure, arrival + minimum dwell + injected delay)`` and reaches the next
+call after the shortest technical run time. *Lateness* is a delay where positive, else 0.
+The lateness of an arrival is then, exactly,
+
+    lateness = unhindered lateness + secondary delay.
+
+A train alone on the line therefore has no secondary delay however late it makes itself,
+and a train that uses its running-time supplement without getting late has none either.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from railway.arrays import FloatArray
+from railway.run_curve import fastest_run
+from railway.world import World
+
+AFFECTED_S = 10.0
+"""A train is affected when others made it later than this at any call. [s]"""
+RECOVERED_S = 60.0
+"""The line is disturbed while arrivals or departures are later than this. [s]"""
+
+
+class Propagation(NamedTuple):
+    """How far delay spread from the trains that caused it."""
+
+    primary_delay_s: float
+    """Sum over all calls. [s]"""
+    secondary_delay_s: float
+    """Sum over trains, each at the last call it reached. [s]"""
+    ratio: float
+    """Secondary over primary delay; nan without primary delay. [-]"""
+    trains_affected: int
+    """Trains with a secondary delay above ``AFFECTED_S`` at any call. [-]"""
+    recovery_time_s: float
+    """From the first to the last event later than ``RECOVERED_S``. [s]"""
+
+
+def technical_run_times_s(world: World) -> FloatArray:
+    """
+    Return the shortest run time to each call from the one before, by the line and the train.
+
+    Parameters
+    ----------
+    world
+        Line, fleet and timetable.
+
+    Returns
+    -------
+    FloatArray
+        Start to standstill; nan at origins and past the last call.
+        [s], shape (n_trains, n_calls_max)
+    """
+    known: dict[tuple[int, float, float], float] = {}
+    times_s = np.full((world.size, world.stop_m.shape[1] - 1), np.nan)
+    for row in range(world.size):
+        kind = int(world.type_index[row])
+        for column in range(1, int(world.call_count[row])):
+            start_m, stop_m = world.stop_m[row, column - 1 : column + 1].tolist()
+            key = (kind, start_m, stop_m)
+            if key not in known:
+                run = fastest_run(world.line, world.train_types[kind], start_m, stop_m)
+                known[key] = float(run.run_time_s)
+            times_s[row, column] = known[key]
+    return times_s
+
+
+def unhindered_arrivals_s(
+    world: World, dwell_delay_s: FloatArray, run_times_s: FloatArray
+) -> FloatArray:
+    """
+    Return when each train would arrive with its own dwell delays but no other train.
+
+    Parameters
+    ----------
+    world
+        Line, fleet and timetable.
+    dwell_delay_s
+        Injected delay beyond the minimum dwell. [s], shape (n_trains, n_calls_max)
+    run_times_s
+        Shortest run time to each call from the one before, as
+        :func:`technical_run_times_s` gives it. [s], shape (n_trains, n_calls_max)
+
+    Returns
+    -------
+    FloatArray
+        Arrivals, nan past a train's last call. [s], shape (n_trains, n_calls_max)
+    """
+    calls = dwell_delay_s.shape[1]
+    arrival_s = np.full(dwell_delay_s.shape, np.nan)
+    arrival_s[:, 0] = world.booked_arrival_s[:, 0]
+    dwell_s = world.minimum_dwell_s[:, :calls] + dwell_delay_s
+    for column in range(1, calls):
+        ready_s = arrival_s[:, column - 1] + dwell_s[:, column - 1]
+        departure_s = np.maximum(world.booked_departure_s[:, column - 1], ready_s)
+        arrival_s[:, column] = departure_s + run_times_s[:, column]
+    booked = np.arange(calls) < world.call_count[:, np.newaxis]
+    return np.where(booked, arrival_s, np.nan)
+
+
+def primary_delay_s(
+    booked_arrival_s: FloatArray,
+    booked_departure_s: FloatArray,
+    minimum_dwell_s: FloatArray,
+    dwell_delay_s: FloatArray,
+) -> FloatArray:
+    """
+    Return the injected dwell delay that the booked dwell does not absorb.
+
+    Parameters
+    ----------
+    booked_arrival_s, booked_departure_s
+        Booked times. [s], any shape
+    minimum_dwell_s
+        Minimum dwell. [s], same shape
+    dwell_delay_s
+        Injected delay beyond the minimum dwell. [s], same shape
+
+    Returns
+    -------
+    FloatArray
+        ``max(0, minimum + injected - booked dwell)``, but never more than was injected:
+        a minimum above the booked dwell is the timetable's, not the input's. [s], same shape
+    """
+    slack_s = booked_departure_s - booked_arrival_s - minimum_dwell_s
+    return np.clip(dwell_delay_s - np.maximum(slack_s, 0.0), 0.0, None)
+
+
+def secondary_delay_s(
+    arrival_s: FloatArray, unhindered_s: FloatArray, booked_s: FloatArray
+) -> FloatArray:
+    """
+    Return the lateness that a train owes to others.
+
+    Parameters
+    ----------
+    arrival_s
+        Actual arrival, nan if never. [s], any shape
+    unhindered_s
+        Arrival of the unhindered run. [s], same shape
+    booked_s
+        Booked arrival. [s], same shape
+
+    Returns
+    -------
+    FloatArray
+        Lateness beyond that of the unhindered run; nan if never arrived. [s], same shape
+    """
+    return np.maximum(arrival_s - booked_s, 0.0) - np.maximum(unhindered_s - booked_s, 0.0)
+
+
+def propagation(calls: pd.DataFrame) -> Propagation:
+    """
+    Return how far delay spread.
+
+    Parameters
+    ----------
+    calls
+        The table ``calls`` of one run.
+
+    Returns
+    -------
+    Propagation
+        Sums over the run. A line still late when the run ends counts up to its last event.
+    """
+    reached = calls.dropna(subset=["secondary_delay_s"])
+    by_train = reached.groupby("train", sort=False)["secondary_delay_s"]
+    primary_s = float(calls["primary_delay_s"].sum())
+    secondary_s = float(by_train.last().sum())
+    return Propagation(
+        primary_delay_s=primary_s,
+        secondary_delay_s=secondary_s,
+        ratio=secondary_s / primary_s if primary_s > 0.0 else np.nan,
+        trains_affected=int((by_train.max() > AFFECTED_S).sum()),
+        recovery_time_s=_recovery_time_s(calls),
+    )
+
+
+def _recovery_time_s(calls: pd.DataFrame) -> float:
+    events_s = calls[["arrival_s", "departure_s"]].to_numpy()
+    delays_s = calls[["arrival_delay_s", "departure_delay_s"]].to_numpy()
+    late_s = events_s[delays_s > RECOVERED_S]
+    return float(np.ptp(late_s)) if late_s.size else 0.0

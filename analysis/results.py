@@ -1,0 +1,224 @@
+"""Reading a results folder in one call, for notebooks and scripts."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from analysis.schema import read_csv, rows_frame
+from analysis.summary import SUMMARY
+from analysis.tables import RunTables, read_run
+from railway.line import Line
+from railway.records import RAW_TABLES, Column
+
+STATIONS = (
+    Column("station", "str", "", "station identifier"),
+    Column("name", "str", "", "name in Latin letters"),
+    Column("name_local", "str", "", "name in local letters"),
+    Column("chainage_m", "float64", "m", "official chainage"),
+)
+COLUMNS = (
+    Column("table", "str", "", "table"),
+    Column("column", "str", "", "column"),
+    Column("dtype", "str", "", "type in memory"),
+    Column("unit", "str", "", "unit; empty for texts and counts"),
+    Column("meaning", "str", "", "meaning"),
+)
+WRITTEN_TABLES: Mapping[str, tuple[Column, ...]] = {
+    "summary": SUMMARY,
+    "stations": STATIONS,
+    **RAW_TABLES,
+}
+"""Every table of a results folder."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Results:
+    """A results folder in memory."""
+
+    folder: Path
+    summary: pd.DataFrame
+    columns: pd.DataFrame
+    stations: pd.DataFrame
+    runs: tuple[RunTables, ...]
+    """In the order of the summary: controllers as the scenario names them, then seeds."""
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def controllers(self) -> tuple[str, ...]:
+        """Names of the controllers, baseline first."""
+        return tuple(dict.fromkeys(run.controller for run in self.runs))
+
+    def run(self, controller: str, seed: int | None = None) -> RunTables:
+        """
+        Return one run.
+
+        Parameters
+        ----------
+        controller
+            Name of its controller.
+        seed
+            Its seed; by default the first. [-]
+
+        Returns
+        -------
+        RunTables
+            Its raw tables.
+
+        Raises
+        ------
+        KeyError
+            If there is no such run.
+        """
+        for run in self.runs:
+            if run.controller == controller and seed in {None, run.seed}:
+                return run
+        known = ", ".join(f"{run.controller} (seed {run.seed})" for run in self.runs)
+        msg = f"no run of {controller!r} with seed {seed} in {self.folder}; there are: {known}"
+        raise KeyError(msg)
+
+
+def run_folder(folder: Path, controller: str, seed: int, *, seeds: int) -> Path:
+    """
+    Return where the raw tables of a run lie.
+
+    Parameters
+    ----------
+    folder
+        Results folder.
+    controller
+        Name of the controller.
+    seed
+        Seed of the run. [-]
+    seeds
+        How many seeds each controller runs. [-]
+
+    Returns
+    -------
+    Path
+        ``<controller>`` for one seed, ``<controller>/seed_<seed>`` for several.
+    """
+    own = folder / controller
+    return own if seeds == 1 else own / f"seed_{seed}"
+
+
+def stations_frame(line: Line) -> pd.DataFrame:
+    """
+    Return the stations of a line.
+
+    Parameters
+    ----------
+    line
+        The line.
+
+    Returns
+    -------
+    pd.DataFrame
+        Columns ``STATIONS``, in running direction.
+    """
+    rows = (
+        {
+            "station": station.id,
+            "name": station.name,
+            "name_local": station.name_local,
+            "chainage_m": station.chainage_m,
+        }
+        for station in sorted(line.stations, key=lambda station: station.chainage_m)
+    )
+    return rows_frame(rows, STATIONS)
+
+
+def columns_frame() -> pd.DataFrame:
+    """
+    Return what every column of every written table means.
+
+    Returns
+    -------
+    pd.DataFrame
+        Columns ``COLUMNS``.
+    """
+    rows = (
+        {
+            "table": table,
+            "column": column.name,
+            "dtype": column.dtype,
+            "unit": column.unit,
+            "meaning": column.meaning,
+        }
+        for table, columns in WRITTEN_TABLES.items()
+        for column in columns
+    )
+    return rows_frame(rows, COLUMNS)
+
+
+def is_results_folder(folder: Path) -> bool:
+    """
+    Return whether a folder holds results of this program.
+
+    Parameters
+    ----------
+    folder
+        Any path.
+
+    Returns
+    -------
+    bool
+        It has a summary and the explanation of its columns.
+    """
+    return all((folder / name).is_file() for name in ("summary.csv", "columns.csv"))
+
+
+def read_results(folder: str | Path, *, trajectories: bool = True) -> Results:
+    """
+    Read a results folder.
+
+    Parameters
+    ----------
+    folder
+        What ``run.py`` left, for example ``out/rush_hour``.
+    trajectories
+        Read the trajectories too; without them many seeds fit into memory.
+
+    Returns
+    -------
+    Results
+        All tables, typed as they were when written.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder or one of its tables is missing.
+    ValueError
+        If a table has other columns than declared.
+    """
+    place = Path(folder)
+    if not place.is_dir():
+        msg = f"{place}: no such results folder; run a scenario first"
+        raise FileNotFoundError(msg)
+    if not is_results_folder(place):
+        msg = f"{place}: not a results folder, it has no summary.csv and columns.csv"
+        raise FileNotFoundError(msg)
+    summary = read_csv(place / "summary.csv", SUMMARY)
+    provenance = place / "provenance.json"
+    return Results(
+        folder=place,
+        summary=summary,
+        columns=read_csv(place / "columns.csv", COLUMNS),
+        stations=read_csv(place / "stations.csv", STATIONS),
+        runs=tuple(
+            read_run(_folder_of(place, controller, seed), controller, seed, trajectory=trajectories)
+            for controller, seed in zip(
+                summary["controller"].tolist(), summary["seed"].tolist(), strict=True
+            )
+        ),
+        provenance=json.loads(provenance.read_text("utf-8")) if provenance.is_file() else {},
+    )
+
+
+def _folder_of(place: Path, controller: str, seed: int) -> Path:
+    # A study of several seeds that was interrupted may have left only one of them.
+    own = run_folder(place, controller, seed, seeds=2)
+    return own if own.is_dir() else run_folder(place, controller, seed, seeds=1)
