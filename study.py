@@ -1,0 +1,427 @@
+"""
+A study: every controller and seed of a scenario, run, written and compared.
+
+This is the one place where the rooms meet: files -> scenario -> SUMO -> loop -> tables.
+``run.py`` gives it a command line; scripts and notebooks may call :func:`run_study`.
+"""
+
+import multiprocessing
+import os
+import platform
+import shutil
+import signal
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from queue import Empty
+from typing import Any, NamedTuple, TypeAlias
+
+import pandas as pd
+
+import controllers
+from analysis import (
+    is_results_folder,
+    publish,
+    read_run,
+    run_folder,
+    run_tables,
+    write_run,
+)
+from railway.loop import simulate
+from railway.records import RunRecord
+from railway.scenario import ControllerSpec, Scenario
+from railway.world import World, build_world
+from scenarios import load
+from sumo_net.build import build
+from sumo_net.engine import SumoEngine
+
+Reports: TypeAlias = "multiprocessing.queues.Queue[tuple[Task, float]]"
+VERSIONED = ("eclipse-sumo", "libsumo", "numpy", "pandas", "scipy")
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """What to run."""
+
+    scenario: Scenario
+    specs: tuple[ControllerSpec, ...]
+    seeds: tuple[int, ...]
+    step_s: float
+    jobs: int = 1
+    gui: bool = False
+
+    @property
+    def tasks(self) -> tuple["Task", ...]:
+        """Controllers in order, seeds in order."""
+        return tuple(Task(spec.name, seed) for spec in self.specs for seed in self.seeds)
+
+
+class Task(NamedTuple):
+    """One run: one controller meets one seed."""
+
+    controller: str
+    seed: int
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What the whole study needs to know of a run whose tables are written."""
+
+    task: Task
+    violations: tuple[str, ...]
+    wall_s: float
+    train_steps: int
+
+
+@dataclass(slots=True)
+class StudyResult:
+    """What is finished."""
+
+    folder: Path
+    summary: pd.DataFrame | None = None
+    outcomes: list[Outcome] = field(default_factory=list)
+    interrupted: bool = False
+
+    @property
+    def violations(self) -> list[str]:
+        """Sentences about every violation, run by run."""
+        return [
+            f"{outcome.task.controller} (seed {outcome.task.seed}): {sentence}"
+            for outcome in self.outcomes
+            for sentence in outcome.violations
+        ]
+
+
+Progress = Callable[[Task, float, float], None]
+"""Called with the task, its simulated seconds so far and those expected in all."""
+
+
+def world_of(scenario: Scenario, step_s: float) -> World:
+    """
+    Return what the controllers of a scenario know.
+
+    Parameters
+    ----------
+    scenario
+        The scenario.
+    step_s
+        Length of a step. [s]
+
+    Returns
+    -------
+    World
+        Its arrays.
+    """
+    return build_world(scenario.line, scenario.train_types, scenario.timetable, step_s)
+
+
+def run_once(
+    scenario: Scenario,
+    spec: ControllerSpec,
+    seed: int,
+    step_s: float,
+    *,
+    gui: bool = False,
+    progress: Callable[[float], None] = lambda _: None,
+    wrap: Callable[[str, Any], Any] = lambda _, layer: layer,
+) -> RunRecord:
+    """
+    Run one controller on SUMO.
+
+    Parameters
+    ----------
+    scenario
+        Line, fleet, timetable and delays.
+    spec
+        Which controller.
+    seed
+        Seed of the dwell delays.
+    step_s
+        Length of a step. [s]
+    gui
+        Show the run in sumo-gui.
+    progress
+        Called with the simulated time now and then. [s]
+    wrap
+        Called with "engine", "protection", "operation" or "drive" and that layer; returns
+        what stands in for it, for example something that measures it.
+
+    Returns
+    -------
+    RunRecord
+        Everything that happened.
+    """
+    world = world_of(scenario, step_s)
+    delays_s = scenario.dwell_delays.draw(scenario.timetable, seed)
+    bare = controllers.build(spec, world)
+    controller = replace(
+        bare,
+        protection=wrap("protection", bare.protection),
+        operation=wrap("operation", bare.operation),
+        drive=wrap("drive", bare.drive),
+    )
+    with tempfile.TemporaryDirectory(prefix="kankaku-") as folder:
+        files = build(scenario, world, delays_s, Path(folder))
+        with SumoEngine(files, world, gui=gui) as sumo:
+            return simulate(
+                world,
+                wrap("engine", sumo),
+                controller,
+                delays_s,
+                seed=seed,
+                patience_s=scenario.patience_s,
+                progress=progress,
+            )
+
+
+def run_study(study: Study, out: Path, progress: Progress = lambda *_: None) -> StudyResult:
+    """
+    Run a study and write its results folder.
+
+    The folder is put in place whole, when all runs are finished or the user interrupts; a
+    folder that holds anything but earlier results is left alone.
+
+    Parameters
+    ----------
+    study
+        What to run.
+    out
+        Folder that will hold the results folder, named as the scenario.
+    progress
+        Called now and then.
+
+    Returns
+    -------
+    StudyResult
+        What is finished.
+
+    Raises
+    ------
+    FileExistsError
+        If something else stands where the results would go.
+    """
+    target = out / study.scenario.name
+    if target.exists() and not is_results_folder(target):
+        msg = f"{target}: exists and holds no results of this program; choose another folder"
+        raise FileExistsError(msg)
+    world = world_of(study.scenario, study.step_s)
+    for spec in study.specs:
+        controllers.build(spec, world)
+    result = StudyResult(target)
+    out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=out, prefix=f".{study.scenario.name}-") as place:
+        work = Path(place) / study.scenario.name
+        started = time.perf_counter()
+        try:
+            for outcome in _outcomes(study, work, progress):
+                result.outcomes.append(outcome)
+        except KeyboardInterrupt:
+            result.interrupted = True
+        result.outcomes.sort(key=lambda outcome: study.tasks.index(outcome.task))
+        if result.outcomes:
+            result.summary = _publish(study, result, work, time.perf_counter() - started)
+            _put_in_place(work, target)
+    return result
+
+
+def _publish(study: Study, result: StudyResult, work: Path, wall_s: float) -> pd.DataFrame:
+    runs = [
+        read_run(
+            _folder_of(study, outcome.task, work),
+            *outcome.task,
+            trajectory=outcome.task.seed == study.seeds[0],
+        )
+        for outcome in result.outcomes
+    ]
+    scenario = study.scenario
+    return publish(work, scenario.title, scenario.line, runs, _provenance(study, result, wall_s))
+
+
+def _put_in_place(work: Path, target: Path) -> None:
+    if target.exists():
+        shutil.rmtree(target)
+    work.replace(target)
+
+
+def _folder_of(study: Study, task: Task, work: Path) -> Path:
+    return run_folder(work, *task, seeds=len(study.seeds))
+
+
+def _perform(study: Study, task: Task, work: Path, progress: Callable[[float], None]) -> Outcome:
+    started = time.perf_counter()
+    spec = next(spec for spec in study.specs if spec.name == task.controller)
+    record = run_once(
+        study.scenario, spec, task.seed, study.step_s, gui=study.gui, progress=progress
+    )
+    write_run(run_tables(record), _folder_of(study, task, work))
+    return Outcome(
+        task,
+        tuple(violation.message for violation in record.violations),
+        time.perf_counter() - started,
+        record.train_steps,
+    )
+
+
+def _outcomes(study: Study, work: Path, progress: Progress) -> Iterator[Outcome]:
+    begin_s, end_s = _expected_span_s(study.scenario)
+
+    def tell(task: Task, time_s: float) -> None:
+        progress(task, time_s - begin_s, end_s - begin_s)
+
+    if study.jobs == 1 or len(study.tasks) == 1:
+        for task in study.tasks:
+            yield _perform(study, task, work, partial(tell, task))
+    else:
+        yield from _parallel(study, work, tell)
+
+
+def _parallel(study: Study, work: Path, tell: Callable[[Task, float], None]) -> Iterator[Outcome]:
+    # libsumo holds one simulation per process, and forking a loaded one is not safe.
+    context = multiprocessing.get_context("spawn")
+    reports: Reports = context.Queue()
+    jobs = min(study.jobs, len(study.tasks))
+    with ProcessPoolExecutor(jobs, context, _begin_worker, (reports,)) as pool:
+        waiting = {pool.submit(_work, study, task, work) for task in study.tasks}
+        try:
+            while waiting:
+                done, waiting = wait(waiting, timeout=0.1, return_when=FIRST_COMPLETED)
+                for task, time_s in _drain(reports):
+                    tell(task, time_s)
+                for future in done:
+                    yield future.result()
+        finally:
+            if waiting:
+                _stop(pool)
+
+
+def _stop(pool: ProcessPoolExecutor) -> None:
+    pool.shutdown(wait=False, cancel_futures=True)
+    for process in multiprocessing.active_children():
+        process.terminate()
+
+
+def _drain(reports: Reports) -> Iterator[tuple[Task, float]]:
+    with suppress(Empty):
+        while True:
+            yield reports.get_nowait()
+
+
+_reports: list[Reports] = []
+"""The queue of a worker process; empty in the parent."""
+
+
+def _begin_worker(reports: Reports) -> None:
+    # The parent decides what Ctrl-C means.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _reports.append(reports)
+
+
+def _work(study: Study, task: Task, work: Path) -> Outcome:
+    return _perform(study, task, work, lambda time_s: _reports[0].put((task, time_s)))
+
+
+def _expected_span_s(scenario: Scenario) -> tuple[float, float]:
+    calls = [call for service in scenario.timetable.services for call in service.calls]
+    return min(call.arrival_s for call in calls), max(call.departure_s for call in calls)
+
+
+def _provenance(study: Study, result: StudyResult, wall_s: float) -> Mapping[str, Any]:
+    scenario = study.scenario
+    return {
+        "scenario": scenario.name,
+        "scenario_sha256": scenario.digest,
+        "seeds": list(study.seeds),
+        "step_s": study.step_s,
+        "interrupted": result.interrupted,
+        "controllers": {
+            spec.name: {
+                "protection": spec.protection,
+                "protection_options": dict(spec.protection_options),
+                "operation": spec.operation,
+                "operation_options": dict(spec.operation_options),
+            }
+            for spec in study.specs
+        },
+        "versions": {
+            "kankaku": version("kankaku"),
+            "python": platform.python_version(),
+            **{name: version(name) for name in VERSIONED},
+        },
+        "processors": os.cpu_count(),
+        "wall_s": round(wall_s, 3),
+        "runs": [
+            {
+                **outcome.task._asdict(),
+                "train_steps": outcome.train_steps,
+                "wall_s": round(outcome.wall_s, 3),
+            }
+            for outcome in result.outcomes
+        ],
+    }
+
+
+def choose(
+    folder: Path,
+    *,
+    names: Sequence[str] = (),
+    seed: int | None = None,
+    seeds: int = 1,
+    step_s: float | None = None,
+    jobs: int = 1,
+    gui: bool = False,
+) -> Study:
+    """
+    Read a scenario folder and choose what to run of it.
+
+    Parameters
+    ----------
+    folder
+        Scenario folder.
+    names
+        Controllers to run, baseline first; all that the scenario names if empty.
+    seed
+        First seed; the scenario's own if None.
+    seeds
+        How many seeds, counting up.
+    step_s
+        Length of a step; the scenario's own if None. [s]
+    jobs
+        Processes to use.
+    gui
+        Show the runs in sumo-gui, one after the other.
+
+    Returns
+    -------
+    Study
+        What to run.
+
+    Raises
+    ------
+    ScenarioError
+        If the files cannot be used.
+    ControllerError
+        If a name is not a controller of the scenario.
+    """
+    scenario = load(folder)
+    known = {spec.name: spec for spec in scenario.controllers}
+    for name in names:
+        if name not in known:
+            problem = f"{name!r} is not a controller of this scenario"
+            raise controllers.ControllerError(
+                where="--controller", problem=problem, allowed=", ".join(known)
+            )
+    first = scenario.seed if seed is None else seed
+    return Study(
+        scenario,
+        tuple(known[name] for name in dict.fromkeys(names)) or scenario.controllers,
+        tuple(range(first, first + seeds)),
+        scenario.step_s if step_s is None else step_s,
+        1 if gui else jobs,
+        gui,
+    )

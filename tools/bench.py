@@ -1,0 +1,209 @@
+"""
+Speed beside bare SUMO: ``make bench``.
+
+The bare ``sumo`` binary runs the generated files as they are, driving the trains itself.
+Our run is the same line and trains under a controller with all records on, tables written.
+Both are timed in turn, so that a slow machine slows both, and the ratio is what counts.
+"""
+
+import json
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import study
+from analysis import run_tables, write_run
+from railway.records import RunRecord
+from railway.scenario import Scenario
+from scenarios import load
+from sumo_net.build import build, sumo_binary
+
+PROJECT = Path(__file__).parents[1]
+STEP_S = 0.1
+ROUNDS = 3
+PHASES = {
+    "engine.observe": "observe",
+    "protection.authorise": "protect",
+    "operation.advise": "operate",
+    "drive.command": "drive",
+    "engine.apply": "apply",
+    "engine.advance": "advance",
+}
+FIRST_STEP = """
+import sys, study
+from pathlib import Path
+from scenarios import load
+class Reached(Exception): pass
+def stop(name, layer):
+    if name == "engine":
+        layer.advance = stop_now
+    return layer
+def stop_now(): raise Reached
+scenario = load(Path(sys.argv[1]))
+try:
+    study.run_once(scenario, scenario.controllers[0], scenario.seed, 0.1, wrap=stop)
+except Reached:
+    pass
+"""
+
+
+class Timed:
+    """Stands in for a layer and adds up the time of its calls."""
+
+    def __init__(self, spent_s: dict[str, float], name: str, layer: object) -> None:
+        self._spent_s = spent_s
+        self._name = name
+        self._layer = layer
+
+    def __getattr__(self, attribute: str) -> Callable[..., Any]:
+        """Return a method of the layer that is timed."""
+        method = getattr(self._layer, attribute)
+        key, spent_s = f"{self._name}.{attribute}", self._spent_s
+
+        def timed(*arguments: object) -> object:
+            started = perf_counter()
+            result = method(*arguments)
+            spent_s[key] = spent_s.get(key, 0.0) + perf_counter() - started
+            return result
+
+        setattr(self, attribute, timed)
+        return timed
+
+
+def bare_s(scenario: Scenario) -> float:
+    """
+    Return the wall time of the bare SUMO binary.
+
+    Parameters
+    ----------
+    scenario
+        Whose files it runs.
+
+    Returns
+    -------
+    float
+        From its start to its end. [s]
+    """
+    world = study.world_of(scenario, STEP_S)
+    delays_s = scenario.dwell_delays.draw(scenario.timetable, scenario.seed)
+    with tempfile.TemporaryDirectory() as folder:
+        files = build(scenario, world, delays_s, Path(folder))
+        started = perf_counter()
+        command = [str(sumo_binary("sumo")), "-c", str(files.config), "--no-warnings"]
+        subprocess.run(command, check=True, capture_output=True)  # noqa: S603
+        return perf_counter() - started
+
+
+def ours_s(scenario: Scenario, name: str) -> tuple[float, RunRecord]:
+    """
+    Return the wall time of our run.
+
+    Parameters
+    ----------
+    scenario
+        What to run.
+    name
+        Controller.
+
+    Returns
+    -------
+    tuple[float, RunRecord]
+        From the scenario in memory to the tables on disk [s], and the record.
+    """
+    started = perf_counter()
+    record = _run(scenario, name)
+    with tempfile.TemporaryDirectory() as folder:
+        write_run(run_tables(record), Path(folder) / name)
+    return perf_counter() - started, record
+
+
+def phase_shares(scenario: Scenario, name: str) -> dict[str, float]:
+    """
+    Return the share of each phase of the loop.
+
+    Parameters
+    ----------
+    scenario
+        What to run.
+    name
+        Controller.
+
+    Returns
+    -------
+    dict[str, float]
+        Shares of the loop's time; what is not a layer's counts as record. [-]
+    """
+    spent_s: dict[str, float] = {}
+    started = perf_counter()
+    _run(scenario, name, wrap=partial(Timed, spent_s))
+    whole_s = perf_counter() - started
+    shares = {phase: spent_s[key] / whole_s for key, phase in PHASES.items()}
+    return {**shares, "record": 1.0 - sum(shares.values())}
+
+
+def first_step_s(folder: Path) -> float:
+    """
+    Return the time from the start of a process to its first step, caches warm.
+
+    Parameters
+    ----------
+    folder
+        Scenario folder.
+
+    Returns
+    -------
+    float
+        Wall time. [s]
+    """
+    command = [sys.executable, "-c", FIRST_STEP, str(folder)]
+    times = []
+    for _ in range(2):
+        started = perf_counter()
+        subprocess.run(command, check=True, cwd=PROJECT)  # noqa: S603
+        times.append(perf_counter() - started)
+    return times[-1]
+
+
+def _run(scenario: Scenario, name: str, **options: Any) -> RunRecord:  # noqa: ANN401
+    spec = next(spec for spec in scenario.controllers if spec.name == name)
+    return study.run_once(scenario, spec, scenario.seed, STEP_S, **options)
+
+
+def main() -> None:
+    """Measure, print, and write ``out/bench.json``."""
+    folder = PROJECT / "scenarios" / "rush_hour"
+    scenario = load(folder)
+    figures: dict[str, Any] = {"step_s": STEP_S, "first_step_s": first_step_s(folder)}
+    for name in ("close_up", "two_stage"):
+        ours_s(scenario, name)
+        pairs = [(bare_s(scenario), *ours_s(scenario, name)) for _ in range(ROUNDS)]
+        ratio = statistics.median(ours / bare for bare, ours, _ in pairs)
+        rate = statistics.median(record.train_steps / ours for _, ours, record in pairs)
+        shares = phase_shares(scenario, name)
+        figures[name] = {
+            "ratio_to_sumo": round(ratio, 2),
+            "train_steps_per_s": round(rate),
+            "bare_sumo_s": round(statistics.median(bare for bare, _, _ in pairs), 2),
+            "run_s": round(statistics.median(ours for _, ours, _ in pairs), 2),
+            "phase_shares": {phase: round(share, 3) for phase, share in shares.items()},
+        }
+    baseline = figures["close_up"]
+    figures["ratio_to_sumo"] = baseline["ratio_to_sumo"]
+    figures["train_steps_per_s"] = baseline["train_steps_per_s"]
+    figures["peak_rss_mb"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+    out = PROJECT / "out"
+    out.mkdir(exist_ok=True)
+    text = json.dumps(figures, indent=2) + "\n"
+    (out / "bench.json").write_text(text, encoding="utf-8")
+    sys.stdout.write(text)
+
+
+if __name__ == "__main__":
+    main()
