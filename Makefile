@@ -5,7 +5,7 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour test check format lint types contracts headless bench seeds steps readme clean
+.PHONY: rush-hour test check format lint types contracts headless bench seeds steps limits readme clean
 
 rush-hour: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour
@@ -43,6 +43,10 @@ seeds: $(READY)
 # How the indicators depend on the step.
 steps: $(READY)
 	$(BIN)/python -m tools.steps
+
+# How the gain depends on the longest dwell delay.
+limits: $(READY)
+	$(BIN)/python -m tools.limits
 
 # Writes the result tables of README.md from out/.
 readme: $(READY)

@@ -13,15 +13,15 @@ class Observation(NamedTuple):
     """Chainage of each front; of a train not on the line its last or first place. (n_trains,)"""
     speed_mps: FloatArray
     """Speed, 0 for a train not on the line. [m/s], shape (n_trains,)"""
-    entered: tuple[int, ...]
+    entered: tuple[int, ...] = ()
     """Trains that appeared at their origin since the last observation."""
-    stopped: tuple[int, ...]
+    stopped: tuple[int, ...] = ()
     """Trains whose booked stop began."""
-    released: tuple[int, ...]
+    released: tuple[int, ...] = ()
     """Trains whose booked stop is over."""
-    left: tuple[int, ...]
+    left: tuple[int, ...] = ()
     """Trains that passed the end of the line."""
-    collided: tuple[int, ...]
+    collided: tuple[int, ...] = ()
     """Trains that the engine itself saw colliding."""
 
 

@@ -37,7 +37,7 @@ empty value would say it better, but SUMO does not read one from a file.
 """
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SumoFiles:
     """What a run of SUMO needs; all files lie in one folder and name each other relatively."""
 
@@ -45,6 +45,8 @@ class SumoFiles:
     network: Path
     begin_s: float
     """Time of the first step. [s]"""
+    dwell_s: FloatArray
+    """How long each stop holds its train at least. [s], shape (n_trains, n_calls_max)"""
 
 
 class NetworkError(RuntimeError):
@@ -193,7 +195,8 @@ def build(
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
-    return SumoFiles(folder / "line.sumocfg", folder / "line.net.xml", begin_s)
+    dwell_s = world.minimum_dwell_s[:, :-1] + dwell_delay_s
+    return SumoFiles(folder / "line.sumocfg", folder / "line.net.xml", begin_s, dwell_s)
 
 
 def _configuration_xml(begin_s: float, step_s: float, *, signals: bool) -> str:
