@@ -12,6 +12,7 @@ from rich.progress import (
     Progress,
     ProgressColumn,
     Task,
+    TaskID,
     TextColumn,
     TimeElapsedColumn,
 )
@@ -26,8 +27,11 @@ from scenarios import ScenarioError
 EXIT_BAD_INPUT = 2
 EXIT_VIOLATION = 3
 EXIT_INTERRUPTED = 130
-SHOWN_VIOLATIONS = 10
+SHOWN_SENTENCES = 10
+"""So that the first ones stay on the screen."""
 STEP_RANGE_S = (0.01, 0.5)
+SEED_MAX = 2**63 - 1
+MAIN_FILE = "scenario.toml"
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 console = Console(stderr=True)
@@ -42,7 +46,7 @@ class Clock(ProgressColumn):
         elapsed_s = task.finished_time if task.finished else task.elapsed
         speed_up = task.completed / elapsed_s if elapsed_s else 0.0
         minutes = int(task.completed // 60)
-        return Text(f"{minutes // 60:d} h {minutes % 60:02d} min simulated, {speed_up:,.0f} x")
+        return Text(f"{minutes // 60:d} h {minutes % 60:02d} min, {speed_up:,.0f} x", no_wrap=True)
 
 
 def _list_controllers(value: bool) -> None:
@@ -60,6 +64,14 @@ def _list_controllers(value: bool) -> None:
     raise typer.Exit
 
 
+def _whole_milliseconds(step_s: float | None) -> float | None:
+    # SUMO counts whole milliseconds; with any other step the two clocks drift apart.
+    if step_s is not None and abs(1000.0 * step_s - round(1000.0 * step_s)) > 1e-9:
+        msg = f"{step_s:g} s is not a whole number of milliseconds; allowed: 0.01, 0.125, 0.5, ..."
+        raise typer.BadParameter(msg)
+    return step_s
+
+
 @app.command()
 def main(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
     scenario: Annotated[Path, typer.Argument(help="Scenario folder, e.g. scenarios/rush_hour.")],
@@ -67,11 +79,18 @@ def main(  # noqa: PLR0913, PLR0917 - one argument per option of the command lin
         list[str] | None,
         typer.Option(help="Controller of the scenario; repeat for several, baseline first."),
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of the dwell delays.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, max=SEED_MAX, help="Seed of the dwell delays.")
+    ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Run this many seeds, counting up.")] = 1,
     step: Annotated[
         float | None,
-        typer.Option(min=STEP_RANGE_S[0], max=STEP_RANGE_S[1], help="Length of a step. [s]"),
+        typer.Option(
+            min=STEP_RANGE_S[0],
+            max=STEP_RANGE_S[1],
+            callback=_whole_milliseconds,
+            help="Length of a step, whole milliseconds. [s]",
+        ),
     ] = None,
     jobs: Annotated[
         int, typer.Option(min=1, help="Processes to use.", show_default="all processors")
@@ -89,6 +108,9 @@ def main(  # noqa: PLR0913, PLR0917 - one argument per option of the command lin
     ] = False,
 ) -> None:
     """Run the controllers of a scenario on the same trains and delays, and compare them."""
+    if not (scenario / MAIN_FILE).is_file():
+        problem = f"no such folder with a {MAIN_FILE}; allowed: a scenario folder"
+        _complain(f"{scenario} cannot be used", [f"{scenario}: {problem}"])
     try:
         chosen = study.choose(
             scenario,
@@ -102,8 +124,15 @@ def main(  # noqa: PLR0913, PLR0917 - one argument per option of the command lin
         result = _run(chosen, out)
     except ScenarioError as error:
         _complain(f"{scenario} cannot be used", [str(fault) for fault in error.faults])
-    except (controllers.ControllerError, FileExistsError) as error:
-        _complain(f"{scenario} cannot be run", [str(error)])
+    except controllers.ControllerError as error:
+        place = "" if error.where.startswith("--") else f"{MAIN_FILE}: "
+        _complain(f"{scenario} cannot be run", [f"{place}{error}"])
+    except OSError as error:
+        told = f"{error.filename}: {error.strerror}" if error.strerror else str(error)
+        _complain(f"{scenario} cannot be run", [told])
+    except KeyboardInterrupt:
+        console.print("Interrupted: nothing was written.")
+        raise typer.Exit(EXIT_INTERRUPTED) from None
     else:
         _report(result)
 
@@ -117,29 +146,41 @@ def _run(chosen: study.Study, out: Path) -> study.StudyResult:
         TimeElapsedColumn(),
         console=console,
     ) as bars:
-        several = len(chosen.seeds) > 1
-        bar_of = {}
+        seeds = len(chosen.seeds)
+        # A bar per controller: one per run would not fit on a screen.
+        bar_of: dict[str, TaskID] = {}
+        done: dict[study.Task, float] = {}
 
         def show(task: study.Task, done_s: float, expected_s: float) -> None:
-            if task not in bar_of:
-                name = f"{task.controller} (seed {task.seed})" if several else task.controller
-                bar_of[task] = bars.add_task(name, total=expected_s)
-            bars.update(bar_of[task], completed=done_s, total=max(done_s, expected_s))
+            name, done[task] = task.controller, done_s
+            if name not in bar_of:
+                bar_of[name] = bars.add_task(name if seeds == 1 else f"{name}, {seeds} seeds")
+            together_s = sum(s for other, s in done.items() if other.controller == name)
+            total_s = max(together_s, seeds * expected_s)
+            bars.update(bar_of[name], completed=together_s, total=total_s)
 
         return study.run_study(chosen, out, show)
 
 
 def _complain(title: str, sentences: list[str]) -> NoReturn:
     console.print(f"[bold red]{escape(title)}[/]")
-    for sentence in sentences:
-        console.print(f"  {escape(sentence)}", soft_wrap=True)
+    _list(sentences)
     raise typer.Exit(EXIT_BAD_INPUT)
+
+
+def _list(sentences: list[str]) -> None:
+    for sentence in sentences[:SHOWN_SENTENCES]:
+        console.print(f"  {escape(sentence)}", soft_wrap=True)
+    if len(sentences) > SHOWN_SENTENCES:
+        console.print(f"  and {len(sentences) - SHOWN_SENTENCES} more")
 
 
 def _report(result: study.StudyResult) -> None:
     if result.summary is not None:
         header, rows = comparison_texts(comparison(result.summary))
-        table = Table(*map(escape, header), title="Comparison (first controller is the baseline)")
+        if header[2:]:
+            answers.print(f"In brackets: change against {escape(header[1])}")
+        table = Table(*map(escape, header))
         for column in table.columns[1:]:
             column.justify = "right"
         for row in rows:
@@ -148,11 +189,13 @@ def _report(result: study.StudyResult) -> None:
         answers.print(f"Results: {result.folder}", soft_wrap=True)
     if result.violations:
         console.print(f"[bold red]{len(result.violations)} safety violations[/]")
-        for sentence in result.violations[:SHOWN_VIOLATIONS]:
-            console.print(f"  {escape(sentence)}", soft_wrap=True)
+        _list(result.violations)
+    if result.interrupted:
+        kept = "what was finished is kept" if result.outcomes else "no run was finished"
+        console.print(f"Interrupted: {kept}.")
+    if result.violations:
         raise typer.Exit(EXIT_VIOLATION)
     if result.interrupted:
-        console.print("Interrupted: what was finished is kept.")
         raise typer.Exit(EXIT_INTERRUPTED)
 
 

@@ -36,6 +36,7 @@ class TractionDrive:
         step_s, profile = world.step_s, world.profile
         self._step_s = step_s
         self._row_start = world.row_start
+        self._tables_m = (profile.origin_m, world.far_m)
         # Twice the potential: squares of speeds need no halving.
         self._square = 2.0 * profile.potential_m2ps2.ravel()
         self._drag = step_s * profile.drag_mps2.ravel()
@@ -80,6 +81,7 @@ class TractionDrive:
                 self._gain,
                 self._speed_row,
                 self._emergency_extra,
+                self._tables_m,
                 self._step_s,
             )
         )
@@ -124,8 +126,10 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     gain: FloatArray,
     speed_row: FloatArray,
     emergency_extra: FloatArray,
+    tables_m: tuple[float, float],
     step_s: float,
 ) -> tuple[FloatArray, FloatArray]:
+    near_m, far_m = tables_m
     next_mps = np.empty_like(speed_mps)
     bounds = np.empty((N_BOUNDS, speed_mps.size))
     for train in range(speed_mps.size):
@@ -133,9 +137,13 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         place = front_m[train] + row_start[train]
         cell = int(place)
         here = at(square, place)
-        # Half the rise of the squares over a metre is the brake rate there.
-        loss = 0.5 * step_s / SPACING_M * (square[cell + 1] - square[cell])
-        ahead = at(square, limit_m[train] + row_start[train])
+        # Half the rise of the squares over a metre is the brake rate; that of mid-step keeps
+        # the train on its curve where the gradient changes.
+        middle = place + 0.5 * speed * step_s
+        rise = at(square, middle + 0.5 * SPACING_M) - at(square, middle - 0.5 * SPACING_M)
+        loss = 0.5 * step_s / SPACING_M * rise
+        limit = min(max(limit_m[train], near_m), far_m)
+        ahead = at(square, limit + row_start[train])
         row = int(speed * CELLS_PER_MPS + speed_row[train])
         bounds[0, train] = speed + gain[row] - drag[cell]
         bounds[1, train] = ceiling_mps[train]

@@ -8,3 +8,28 @@ class OptionError(ValueError):
         super().__init__(f"{problem}; allowed: {allowed}")
         self.problem = problem
         self.allowed = allowed
+
+
+def require(key: str, value: float, least: float, most: float) -> None:
+    """
+    Check the range of an option; not-a-number is in no range.
+
+    Parameters
+    ----------
+    key
+        Name of the option, with its unit.
+    value
+        Its value.
+    least
+        Smallest value allowed.
+    most
+        Greatest value allowed.
+
+    Raises
+    ------
+    OptionError
+        If the value is outside.
+    """
+    if not least <= value <= most:
+        problem = f"{key} is {value:g}"
+        raise OptionError(problem, f"{least:g} to {most:g}")

@@ -71,6 +71,7 @@ class EnergyMeter:
         row_start = self._world.row_start[rows]
         drag_n = inertia_kg * at_each(self._drag, middle_m, row_start)
         curves_n = inertia_kg * at_each(self._curve_drag, middle_m, row_start)
+        rise_m2ps2 = np.diff(at_each(self._height, block.front_m, row_start), axis=0)
         rolling_n = self._rolling_n(mean_mps, rows)
         inertia_n = inertia_kg * (after - before) / self._world.step_s
         work_j = (inertia_n + drag_n + rolling_n) * distance_m
@@ -80,15 +81,13 @@ class EnergyMeter:
             "traction_j": np.maximum(work_j, 0.0),
             "braking_j": np.maximum(-work_j, 0.0),
             "resistance_j": (rolling_n + curves_n) * distance_m,
+            "potential_j": np.where(block.moving, inertia_kg * rise_m2ps2, 0.0),
             "kinetic_j": np.where(block.moving, kinetic_j, 0.0),
             "regenerated_j": self._regenerated_j(work_j, distance_m, mean_mps, rows),
             "auxiliary_j": block.present * (self._world.step_s * self._auxiliary_w[rows]),
         }
         for name, values in added.items():
             self._sums[name][rows] += values.sum(axis=0)
-        ends_m = block.front_m[[0, -1]]
-        heights = at_each(self._height, ends_m, row_start)
-        self._sums["potential_j"][rows] += inertia_kg * (heights[1] - heights[0])
 
     def account(self) -> EnergyAccount:
         """

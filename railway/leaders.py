@@ -7,7 +7,6 @@ from railway.compiled import compiled
 from railway.world import World
 
 NOTHING_AHEAD = -1
-NOT_GRANTED = -2
 
 
 class Leaders:
@@ -15,8 +14,9 @@ class Leaders:
     The next train ahead on each train's route, in timetable order at merges.
 
     A train follows its predecessor on the first section that the predecessor has not yet
-    cleared. A predecessor that will come from another track is waited for at the fouling
-    point. Only a tail that leaves a section changes anything, so between those events the
+    cleared. Points through which another train goes first, from or to another track, are
+    not granted: the way ends at their fouling point, also for a train that still follows
+    somebody else. Only a tail that leaves a section changes anything, so between those events the
     arrays stand still.
     """
 
@@ -32,12 +32,11 @@ class Leaders:
         self._last = len(sections)
         size = world.size
         self._rear_row = np.full(size, NOTHING_AHEAD, dtype=np.intp)
-        self._floor_m = np.full(size, world.line.start_m)
+        self._cap_m = np.full(size, world.far_m)
         self.follows: BoolArray = np.zeros(size, dtype=np.bool_)
         self.leader: IntArray = np.full(size, -1, dtype=np.intp)
         self.next_clear_m: FloatArray = np.array([self._clear_m[s] for s in self._first])
-        for row in range(size):
-            self._follow(row)
+        self._follow_all()
 
     def _predecessors(self, sections: int) -> list[list[int]]:
         last_on_track: dict[str, int] = {}
@@ -51,24 +50,26 @@ class Leaders:
         return table
 
     def _follow(self, row: int) -> None:
-        world = self._world
+        """Find the leader of a train, and the first points ahead that are not granted to it."""
         self.leader[row] = -1
         self.follows[row] = False
         self._rear_row[row] = NOTHING_AHEAD
-        self._floor_m[row] = world.line.start_m
+        self._cap_m[row] = self._world.far_m
+        before = -1
         for section in range(self._first[row], self._last):
             ahead = self._predecessor[row][section]
             if ahead < 0 or self._section[ahead] > section:
                 continue
-            self.leader[row] = ahead
             same_way = section == self._first[row] or self._predecessor[row][section - 1] == ahead
-            if same_way or self._section[ahead] == section:
-                self._rear_row[row] = ahead
-                self.follows[row] = True
-            else:
-                self._rear_row[row] = NOT_GRANTED
-                self._floor_m[row] = self._fouling_m[section - 1]
-            return
+            granted = same_way or self._section[ahead] == section
+            if before < 0:
+                self.leader[row] = before = ahead
+                if granted:
+                    self._rear_row[row] = ahead
+                    self.follows[row] = True
+            if not granted:
+                self._cap_m[row] = self._fouling_m[section - 1]
+                return
 
     def clear(self, rows: IntArray) -> None:
         """
@@ -83,9 +84,7 @@ class Leaders:
             self._section[row] += 1
             gone = self._section[row] >= self._last
             self.next_clear_m[row] = np.inf if gone else self._clear_m[self._section[row]]
-        for row in range(self._world.size):
-            if self.leader[row] in rows:
-                self._follow(row)
+        self._follow_all()
 
     def leave(self, row: int) -> None:
         """
@@ -98,8 +97,11 @@ class Leaders:
         """
         self._section[row] = self._last
         self.next_clear_m[row] = np.inf
-        for follower in np.flatnonzero(self.leader == row).tolist():
-            self._follow(follower)
+        self._follow_all()
+
+    def _follow_all(self) -> None:
+        for row in range(self._world.size):
+            self._follow(row)
 
     def tails_and_clearance_m(self, front_m: FloatArray) -> tuple[FloatArray, FloatArray]:
         """
@@ -115,29 +117,19 @@ class Leaders:
         tuple[FloatArray, FloatArray]
             Tails, and leader's tail, fouling point or far ahead. [m], shape (n_trains,)
         """
-        return _tails_and_clearance_m(
-            front_m, self._world.length_m, self._rear_row, self._floor_m, self._world.far_m
-        )
+        return _tails_and_clearance_m(front_m, self._world.length_m, self._rear_row, self._cap_m)
 
 
 @compiled
 def _tails_and_clearance_m(
-    front_m: FloatArray,
-    length_m: FloatArray,
-    rear_row: IntArray,
-    floor_m: FloatArray,
-    far_m: float,
+    front_m: FloatArray, length_m: FloatArray, rear_row: IntArray, cap_m: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     tail_m = front_m - length_m
-    clear_to_m = np.empty_like(front_m)
+    clear_to_m = cap_m.copy()
     for train in range(front_m.size):
         row = rear_row[train]
-        if row == NOTHING_AHEAD:
-            clear_to_m[train] = far_m
-        elif row == NOT_GRANTED:
-            clear_to_m[train] = floor_m[train]
-        else:
-            clear_to_m[train] = tail_m[row]
+        if row != NOTHING_AHEAD:
+            clear_to_m[train] = min(cap_m[train], tail_m[row])
     return tail_m, clear_to_m
 
 

@@ -11,12 +11,15 @@ import numpy as np
 
 from railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
+from railway.line import Turnout
 from railway.recorder import StepBlock
 from railway.records import Violation
 from railway.world import World
 
-POSITION_TOLERANCE_M = 0.1
-"""A train that stops within a step passes its aim by at most b dt^2 / 8, 0.05 m at 0.5 s. [m]"""
+POSITION_TOLERANCE_M = 0.05
+"""Beside b dt^2 / 8, by which a train that stops within a step may pass its aim. [m]"""
+STOP_TOLERANCE_M = 0.5
+"""A front further beyond its stop than this has missed it. [m]"""
 SPEED_TOLERANCE_MPS = 0.01
 ACCELERATION_TOLERANCE_MPS2 = 0.02
 HALTING_MPS = 0.1
@@ -38,6 +41,7 @@ class Monitor:
             for section in world.line.sections
             for track in section.tracks
         }
+        self._fouling = _tracks_at_points(world)
         self._open: dict[tuple[int, str], tuple[float, float, float]] = {}
         self._closed: list[Violation] = []
 
@@ -50,9 +54,11 @@ class Monitor:
         block
             The steps.
         """
-        found = dict(self._bounds_passed(block))
-        for kind, excess in found.items():
-            self._note(block, kind, excess)
+        for kind, excess, tolerance in self._bounds_passed(block):
+            passed: BoolArray = block.moving & (excess > tolerance)
+            for step, column in np.argwhere(passed).tolist():
+                time_s = float(block.time_s[step + 1])
+                self._extend(int(block.rows[column]), kind, time_s, float(excess[step, column]))
 
     def note_collisions(self, rows: tuple[int, ...], time_s: float) -> None:
         """
@@ -94,14 +100,38 @@ class Monitor:
         still_open = [self._violation(key, seen) for key, seen in self._open.items()]
         return tuple(sorted(self._closed + still_open, key=lambda v: (v.time_s, v.row, v.kind)))
 
-    def _bounds_passed(self, block: StepBlock) -> Iterator[tuple[str, FloatArray]]:
-        """Yield by how much each bound is passed; what is not positive is kept."""
+    def _bounds_passed(self, block: StepBlock) -> Iterator[tuple[str, FloatArray, float]]:
+        """Yield by how much each bound is passed, and how much is only discretisation."""
         front_m, speed_mps = block.front_m[1:], block.speed_mps[1:]
-        limit_m = block.limit_m[:-1]
-        yield "authority", self._overrun_m(front_m, speed_mps, limit_m, block.rows)
-        yield "spacing", self._overrun_m(front_m, speed_mps, self._next_tail_m(block), block.rows)
-        yield "limit", speed_mps - self._limit_mps(front_m, block.rows) - SPEED_TOLERANCE_MPS
-        yield "acceleration", self._acceleration_excess_mps2(block)
+        limit_m, rows = block.limit_m[:-1], block.rows
+        strongest = float(self._service_mps2.max())
+        near_m = POSITION_TOLERANCE_M + strongest * self._world.step_s**2 / 8.0
+        yield "authority", self._overrun_m(front_m, speed_mps, limit_m, rows), near_m
+        next_tail_m = self._next_tail_m(block)
+        yield "spacing", self._overrun_m(front_m, speed_mps, next_tail_m, rows), near_m
+        yield "fouling", self._inside_fouling_m(block), 0.0
+        yield "stop", front_m - self._world.stop_m[rows, block.next_call[1:]], STOP_TOLERANCE_M
+        yield "limit", speed_mps - self._limit_mps(front_m, rows), SPEED_TOLERANCE_MPS
+        excess = self._acceleration_excess_mps2(block)
+        yield "acceleration", excess, ACCELERATION_TOLERANCE_MPS2
+
+    def _inside_fouling_m(self, block: StepBlock) -> FloatArray:
+        """Return how far each front is in a fouling section that another track's train is in."""
+        inside_m = np.zeros(block.front_m[1:].shape)
+        front_m = block.front_m[1:]
+        tail_m = front_m - self._world.length_m[block.rows]
+        for turnout, track_of_row in self._fouling:
+            track = track_of_row[block.rows]
+            within = block.present & (track >= 0)
+            within &= (front_m > turnout.fouling_start_m) & (tail_m < turnout.fouling_end_m)
+            lowest = np.where(within, track, np.iinfo(np.intp).max).min(axis=1, keepdims=True)
+            highest = np.where(within, track, -1).max(axis=1, keepdims=True)
+            if (highest > lowest).any():
+                first_m = np.where(within, front_m, -np.inf).max(axis=1, keepdims=True)
+                late = within & (highest > lowest) & (front_m < first_m)
+                depth_m = np.where(late, front_m - turnout.fouling_start_m, 0.0)
+                np.maximum(inside_m, depth_m, out=inside_m)
+        return inside_m
 
     def _overrun_m(
         self, front_m: FloatArray, speed_mps: FloatArray, limit_m: FloatArray, rows: IntArray
@@ -113,7 +143,7 @@ class Monitor:
         )
         available = brake * (limit_m - front_m) + self._gravity_mps2[rows] * lift_m
         overrun: FloatArray = (0.5 * np.square(speed_mps) - available) / brake
-        return overrun - POSITION_TOLERANCE_M
+        return overrun
 
     def _next_tail_m(self, block: StepBlock) -> FloatArray:
         """Return the nearest tail ahead among all trains that will use the same track."""
@@ -156,13 +186,7 @@ class Monitor:
             strongest[:, columns] = kind.traction.force_n(speed) / kind.inertial_mass_kg
         too_strong = acceleration - (strongest - gravity)
         too_hard = -(self._emergency_mps2[rows] + gravity) - acceleration
-        return np.maximum(too_strong, too_hard) - ACCELERATION_TOLERANCE_MPS2
-
-    def _note(self, block: StepBlock, kind: str, excess: FloatArray) -> None:
-        passed: BoolArray = block.moving & (excess > 0.0)
-        for step, column in np.argwhere(passed).tolist():
-            time_s = float(block.time_s[step + 1])
-            self._extend(int(block.rows[column]), kind, time_s, float(excess[step, column]))
+        return np.maximum(too_strong, too_hard)
 
     def _extend(self, row: int, kind: str, time_s: float, excess: float) -> None:
         seen = self._open.get((row, kind))
@@ -178,15 +202,35 @@ class Monitor:
         since_s, until_s, excess = seen
         train = self._world.timetable.trains[row]
         lasted = until_s - since_s + self._world.step_s
-        sentence = {
-            "authority": f"{train} could not stop before its end of authority by {excess:.2f} m",
-            "spacing": f"{train} could not stop before the train ahead by {excess:.2f} m",
-            "limit": f"{train} was {3.6 * excess:.1f} km/h above the line limit",
-            "acceleration": f"{train} was {excess:.2f} m/s2 beyond its traction or braking",
-            "collision": f"{train} collided",
-            "stalled": f"{train} never reached the end of the line",
-        }[kind]
-        return Violation(since_s, row, kind, excess, f"{sentence} (for {lasted:.1f} s)")
+        bound = {
+            "authority": f"could not stop before its end of authority by {excess:.2f} m",
+            "spacing": f"could not stop before the train ahead by {excess:.2f} m",
+            "fouling": f"was {excess:.1f} m inside points that another train was passing",
+            "stop": f"ran past its stop by {excess:.2f} m",
+            "limit": f"was {3.6 * excess:.1f} km/h above the line limit",
+            "acceleration": f"was {excess:.2f} m/s2 beyond its traction or braking",
+        }.get(kind)
+        event = {"collision": "collided", "stalled": "never reached the end of the line"}.get(kind)
+        message = f"{train} {event}" if event else f"{train} {bound} (for {lasted:.1f} s)"
+        return Violation(since_s, row, kind, excess, message)
+
+
+def _tracks_at_points(world: World) -> list[tuple[Turnout, IntArray]]:
+    """Return, for every turnout, on which of the parallel tracks each train passes it."""
+    line = world.line
+    found = []
+    for turnout in line.turnouts:
+        parallel = max(
+            (s for s in line.sections if turnout.position_m in (s.start_m, s.end_m)),
+            key=lambda section: len(section.tracks),
+        )
+        number_of = {track.id: number for number, track in enumerate(parallel.tracks)}
+        numbers = [
+            next((number_of[track] for track in service.route if track in number_of), -1)
+            for service in world.timetable.services
+        ]
+        found.append((turnout, np.array(numbers, dtype=np.intp)))
+    return found
 
 
 @compiled

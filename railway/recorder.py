@@ -1,9 +1,10 @@
 """Records every step cheaply, and hands whole blocks of steps to those who examine them."""
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.control import Command, Drive
@@ -11,6 +12,7 @@ from railway.records import Trajectory
 from railway.state import Advice, Authority, LineState
 from railway.world import World
 
+Element = TypeVar("Element", bound=np.generic)
 BLOCK_STEPS = 600
 DWELLING = -1
 
@@ -120,20 +122,25 @@ class Recorder:
 
 
 def _block(states: Sequence[LineState], limits_m: Sequence[FloatArray]) -> StepBlock:
-    present = np.array([state.present for state in states])
+    present = _rows([state.present for state in states])
     rows = np.flatnonzero(present.any(axis=0))
     present = present[:, rows]
-    running = np.array([state.running for state in states])[:, rows]
+    running = _rows([state.running for state in states])[:, rows]
     stays = present[:-1] & present[1:]
     moving = stays & running[:-1]
     return StepBlock(
         rows,
         np.array([state.time_s for state in states]),
-        np.array([state.front_m for state in states])[:, rows],
-        np.array([state.speed_mps for state in states])[:, rows],
-        np.array(limits_m)[:, rows],
-        np.array([state.next_call for state in states])[:, rows],
+        _rows([state.front_m for state in states])[:, rows],
+        _rows([state.speed_mps for state in states])[:, rows],
+        _rows(limits_m)[:, rows],
+        _rows([state.next_call for state in states])[:, rows],
         stays,
         moving,
         moving & ~running[1:],
     )
+
+
+def _rows(arrays: Sequence[npt.NDArray[Element]]) -> npt.NDArray[Element]:
+    # Several times faster than np.array of the list.
+    return np.concatenate(arrays).reshape(len(arrays), -1)

@@ -70,7 +70,12 @@ ENERGY = (
 VIOLATIONS = (
     Column("time_s", "float64", "s", "seconds after midnight"),
     Column("train", "str", "", "train number"),
-    Column("kind", "str", "", "authority, spacing, limit, acceleration, collision or stalled"),
+    Column(
+        "kind",
+        "str",
+        "",
+        "authority, spacing, fouling, stop, limit, acceleration, collision or stalled",
+    ),
     Column("excess", "float64", "m, m/s or m/s2", "by how much the bound was passed"),
     Column("message", "str", "", "the same in a sentence"),
 )

@@ -11,7 +11,12 @@ from railway.timetable import Timetable
 
 @dataclass(frozen=True, slots=True)
 class ControllerSpec:
-    """A named pair of protection and operation with their options, all numbers SI."""
+    """
+    A named pair of protection and operation with their options.
+
+    Options are as in the file, with the unit in the key; a layer's own options class is where
+    they are checked and converted.
+    """
 
     name: str
     protection: str

@@ -52,7 +52,7 @@ class LineState(NamedTuple):
     leader: IntArray
     """Row of the next train ahead that shares the route; -1 where there is none."""
     follows: BoolArray
-    """The leader is on the way ahead, not still to come from another track."""
+    """The leader goes or stands on this train's own way, not on another track before points."""
     clear_to_m: FloatArray
     """The way is physically clear up to here: leader's tail or fouling point. [m]"""
     next_call: IntArray

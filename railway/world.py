@@ -32,6 +32,8 @@ class World:
     row_start: FloatArray
     call_count: IntArray
     stop_m: FloatArray
+    call_track: IntArray
+    """Number of the platform track of each call."""
     booked_arrival_s: FloatArray
     booked_departure_s: FloatArray
     minimum_dwell_s: FloatArray
@@ -93,10 +95,13 @@ def build_world(
     profile = build_profile(line, kinds, step_s)
     shape = (len(services), max(len(service.calls) for service in services) + 1)
     stop_m = np.full(shape, profile.end_m - 2.0)
+    number_of_track = {track: number for number, track in enumerate(line.track_by_id)}
+    call_track = np.full(shape, -1, dtype=np.intp)
     arrival_s, departure_s, dwell_s = (np.full(shape, np.inf) for _ in range(3))
     for row, service in enumerate(services):
         for column, call in enumerate(service.calls):
             stop_m[row, column] = call.stop_m
+            call_track[row, column] = number_of_track[call.track]
             arrival_s[row, column] = call.arrival_s
             departure_s[row, column] = call.departure_s
             dwell_s[row, column] = call.minimum_dwell_s
@@ -111,6 +116,7 @@ def build_world(
         row_start=profile.row_starts(type_index),
         call_count=np.array([len(service.calls) for service in services], dtype=np.intp),
         stop_m=stop_m,
+        call_track=call_track,
         booked_arrival_s=arrival_s,
         booked_departure_s=departure_s,
         minimum_dwell_s=dwell_s,

@@ -1,17 +1,22 @@
 """
-Write the result tables of ``README.md`` from ``out/``: ``make readme``.
+Write the result tables of the documentation from ``out/``: ``make readme``.
 
-Reads what ``make rush-hour`` and ``make seeds`` left, and replaces the text between the
-markers ``<!-- name -->`` and ``<!-- end -->``.
+Reads what the make targets ``rush-hour``, ``seeds``, ``limits``, ``steps`` and ``bench`` left,
+and replaces the text between ``<!-- name -->`` and ``<!-- end -->``.
 """
 
+import json
 import re
-from collections.abc import Sequence
+import shutil
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+
+import pandas as pd
 
 from analysis import comparison, comparison_texts, read_results
 
 PROJECT = Path(__file__).parents[1]
+OUT = PROJECT / "out"
 SHOWN = (
     "interstation_stop_time_s",
     "interstation_stops",
@@ -23,9 +28,9 @@ SHOWN = (
 )
 
 
-def results_table(folder: Path) -> str:
+def comparison_table(folder: Path) -> str:
     """
-    Return the comparison of a results folder as a Markdown table.
+    Return the comparison of a results folder.
 
     Parameters
     ----------
@@ -35,31 +40,88 @@ def results_table(folder: Path) -> str:
     Returns
     -------
     str
-        The table.
+        A Markdown table.
     """
     summary = read_results(folder, trajectories=False).summary
-    header, rows = comparison_texts(comparison(summary, SHOWN))
+    return _markdown(*comparison_texts(comparison(summary, SHOWN)))
+
+
+def limits_table() -> str:
+    """Return stop time and mean delay against the longest dwell delay."""
+    table = pd.read_csv(OUT / "limits.csv")
+    rows = []
+    for cap_s, both in table.groupby("cap_s", sort=True):
+        by_name = both.set_index("controller")
+        stop_s = by_name["interstation_stop_time_s"]
+        delay_s = by_name["mean_arrival_delay_s"]
+        change_pct = 100.0 * (stop_s["two_stage"] / stop_s["close_up"] - 1.0)
+        added_s = delay_s["two_stage"] - delay_s["close_up"]
+        rows.append(
+            [
+                f"{cap_s:.0f} s",
+                f"{stop_s['close_up']:.0f} s",
+                f"{stop_s['two_stage']:.0f} s",
+                f"{change_pct:+.0f} %",
+                f"{added_s:+.1f} s",
+            ]
+        )
+    header = ["longest dwell delay", "`close_up`", "`two_stage`", "change", "mean delay"]
     return _markdown(header, rows)
 
 
-def _markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def steps_table() -> str:
+    """Return the change of the indicators with the step."""
+    table = pd.read_csv(OUT / "steps.csv")
+    names = [name for name in table.columns if name not in {"controller", "step_s"}]
+    rows = [
+        [f"{row['step_s']:g} s", row["controller"], *(f"{row[name]:+.2f}" for name in names)]
+        for row in table.to_dict("records")
+    ]
+    return _markdown(["step", "controller", *names], rows)
+
+
+def bench_table() -> str:
+    """Return the figures of the benchmark."""
+    figures = json.loads((OUT / "bench.json").read_text(encoding="utf-8"))
+    rows = [
+        [
+            f"`{name}`",
+            f"{figures[name]['ratio_to_sumo']:.1f}",
+            f"{figures[name]['train_steps_per_s'] / 1000:.0f} thousand",
+            ", ".join(
+                f"{phase} {100 * share:.0f} %"
+                for phase, share in figures[name]["phase_shares"].items()
+            ),
+        ]
+        for name in ("close_up", "two_stage")
+    ]
+    header = ["controller", "time over bare SUMO's", "train-steps per second", "where it goes"]
+    return _markdown(header, rows)
+
+
+def _markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     rule = ["---", *("---:" for _ in header[1:])]
     return "\n".join("| " + " | ".join(row) + " |" for row in (header, rule, *rows))
 
 
+def _replace(file: Path, name: str, make: Callable[[], str]) -> None:
+    text = file.read_text(encoding="utf-8")
+    pattern = rf"(<!-- {name} -->\n).*?(<!-- end -->)"
+    changed = re.sub(
+        pattern, lambda found: f"{found[1]}{make()}\n{found[2]}", text, flags=re.DOTALL
+    )
+    file.write_text(changed, encoding="utf-8")
+
+
 def main() -> None:
-    """Replace the tables."""
-    readme = PROJECT / "README.md"
-    text = readme.read_text(encoding="utf-8")
-    for name, folder in (("own-seed", "out/rush_hour"), ("seeds", "out/seeds/rush_hour")):
-        table = results_table(PROJECT / folder)
-        text = re.sub(
-            rf"(<!-- {name} -->\n).*?(\n<!-- end -->)",
-            lambda found, table=table: f"{found[1]}{table}{found[2]}",
-            text,
-            flags=re.DOTALL,
-        )
-    readme.write_text(text, encoding="utf-8")
+    """Replace the tables and the figure."""
+    readme, model = PROJECT / "README.md", PROJECT / "docs" / "model.md"
+    _replace(readme, "own-seed", lambda: comparison_table(OUT / "rush_hour"))
+    _replace(readme, "seeds", lambda: comparison_table(OUT / "seeds" / "rush_hour"))
+    _replace(readme, "limits", limits_table)
+    _replace(readme, "bench", bench_table)
+    _replace(model, "steps", steps_table)
+    shutil.copyfile(OUT / "rush_hour" / "time_distance.png", PROJECT / "docs" / "time_distance.png")
 
 
 if __name__ == "__main__":

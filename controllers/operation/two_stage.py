@@ -18,12 +18,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from controllers.forecast import DepartureForecast, waits_for_leader
 from controllers.operation.close_up import NO_CEILING_MPS
-from controllers.operation.pre_deceleration import Approach, RunUp, Slowing, slow_down
-from controllers.options import OptionError
+from controllers.operation.pre_deceleration import Approach, Slowing, slow_down
+from controllers.options import require
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
 from railway.kinematics import two_stage_brake_mps2, two_stage_speed_mps
+from railway.run_up import RunUp
 from railway.state import Advice, Authority, LineState, Reason
 from railway.world import World
 
@@ -42,12 +44,8 @@ class TwoStageOptions:
     """Waits shorter than this are not worth a pre-deceleration. [s]"""
 
     def __post_init__(self) -> None:
-        if self.slowest_kmh <= 0.0:
-            problem = f"slowest_kmh is {self.slowest_kmh:g}"
-            raise OptionError(problem, "more than 0 km/h")
-        if self.least_gain_s < 0.0:
-            problem = f"least_gain_s is {self.least_gain_s:g}"
-            raise OptionError(problem, "0 or more seconds")
+        require("slowest_kmh", self.slowest_kmh, 1.0, 100.0)
+        require("least_gain_s", self.least_gain_s, 0.0, 600.0)
 
 
 class Plans(NamedTuple):
@@ -73,10 +71,9 @@ class TwoStage:
         self._acceleration_mps2 = min(starts)
         self._brake_mps2 = min(kind.service_brake_mps2 for kind in world.train_types)
         self._first_stage_mps2 = two_stage_brake_mps2(self._acceleration_mps2, self._brake_mps2)
+        self._forecast = DepartureForecast(world, self._acceleration_mps2, self._brake_mps2)
         self._run_up = [RunUp.of(kind) for kind in world.train_types]
-        ceiling = np.sqrt(2.0 * world.profile.ceiling_m2ps2)
-        self._ceiling_mps = ceiling
-        self._travel_s = np.cumsum(1.0 / ceiling, axis=1)
+        self._ceiling_mps = np.sqrt(2.0 * world.profile.ceiling_m2ps2)
 
     def initial(self) -> Plans:
         """
@@ -111,70 +108,32 @@ class TwoStage:
         if self._pre_deceleration and (state.events or state.time_s >= memory.next_release_s):
             memory = self._plan(state, authority)
         ceiling_mps, reason = _lowest(
-            authority.limit_m - state.front_m - state.speed_mps * self._step_s,
+            authority.limit_m,
+            state.front_m,
             state.speed_mps,
+            state.stop_m,
             state.leader,
             state.follows,
             memory.ceiling_mps,
-            self._acceleration_mps2,
-            self._brake_mps2,
+            (self._acceleration_mps2, self._brake_mps2, self._step_s),
         )
         return Advice(ceiling_mps, reason), memory
 
     def _plan(self, state: LineState, authority: Authority) -> Plans:
-        """Plan every train anew, first train first: each needs its leader's forecast."""
+        """Plan every train anew."""
         world, now_s = self._world, state.time_s
         ceiling = np.full(world.size, NO_CEILING_MPS)
         release_s = np.full(world.size, np.inf)
-        departure_s = np.full(world.size, np.inf)
-        margin_m = state.clear_to_m - authority.limit_m
-        for row in np.flatnonzero(state.present).tolist():
-            leader = int(state.leader[row])
-            same_stop = leader >= 0 and state.stop_m[leader] == state.stop_m[row]
-            wait_until_s = departure_s[leader] if same_stop else -np.inf
-            departure_s[row] = self._earliest_departure_s(state, row, wait_until_s)
-            if not (state.running[row] and wait_until_s > now_s + self._options.least_gain_s):
-                continue
-            slowing = self._slowing(state, row, float(margin_m[row]), wait_until_s - now_s)
+        wait_s = self._forecast.earliest_departures_s(state).take(state.leader) - now_s
+        waits = waits_for_leader(world, state) & state.running
+        worth = waits & (wait_s > self._options.least_gain_s)
+        for row in np.flatnonzero(worth).tolist():
+            margin_m = float(state.clear_to_m[row] - authority.limit_m[row])
+            slowing = self._slowing(state, row, margin_m, float(wait_s[row]))
             if slowing is not None and slowing.lasts_s > 0.0:
                 ceiling[row] = slowing.ceiling_mps
                 release_s[row] = now_s + slowing.lasts_s
         return Plans(ceiling, release_s, float(release_s.min()))
-
-    def _earliest_departure_s(self, state: LineState, row: int, leader_leaves_s: float) -> float:
-        """Return the earliest departure from the next stop, the dwell delay unknown."""
-        world, call = self._world, state.next_call[row]
-        if call >= world.call_count[row]:
-            return -np.inf
-        if not state.running[row]:
-            arrival_s = float(state.arrival_s[row])
-        else:
-            free_s = state.time_s + self._free_run_s(state, row)
-            arrival_s = max(free_s, leader_leaves_s + self._interval_s(row))
-        ready_s = arrival_s + world.minimum_dwell_s[row, call]
-        return float(max(ready_s, world.booked_departure_s[row, call], state.time_s))
-
-    def _free_run_s(self, state: LineState, row: int) -> float:
-        """Return the time to the next stop if nothing is in the way."""
-        kind = int(self._world.type_index[row])
-        front_m, stop_m = float(state.front_m[row]), float(state.stop_m[row])
-        start, stop = (int(place - self._world.profile.origin_m) for place in (front_m, stop_m))
-        if start >= stop:
-            return 0.0
-        at_ceiling_s = float(self._travel_s[kind, stop] - self._travel_s[kind, start])
-        return self._run_up[kind].shortest_s(
-            stop_m - front_m,
-            float(state.speed_mps[row]),
-            (stop - start) / at_ceiling_s,
-            self._brake_mps2,
-        )
-
-    def _interval_s(self, row: int) -> float:
-        """Return the shortest time from the leader's departure to the follower's arrival."""
-        a, b = self._acceleration_mps2, self._brake_mps2
-        length_m = float(self._world.length_m[row])
-        # From eqs. (14) and (15): v/(2a) + L/v + v/b, least over the speed v held.
-        return 2.0 * float(np.sqrt(length_m * (0.5 / a + 1.0 / b)))
 
     def _slowing(
         self, state: LineState, row: int, margin_m: float, wait_s: float
@@ -203,21 +162,27 @@ class TwoStage:
 
 
 @compiled
-def _lowest(  # noqa: PLR0917 - compiled functions take plain arrays
-    gap_m: FloatArray,
+def _lowest(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+    limit_m: FloatArray,
+    front_m: FloatArray,
     speed_mps: FloatArray,
+    stop_m: FloatArray,
     leader: IntArray,
     follows: BoolArray,
     planned_mps: FloatArray,
-    acceleration_mps2: float,
-    brake_mps2: float,
+    rates: tuple[float, float, float],
 ) -> tuple[FloatArray, IntArray]:
+    acceleration_mps2, brake_mps2, step_s = rates
     ceiling_mps = planned_mps.copy()
-    reason = np.full(gap_m.size, PRE_DECELERATION)
-    for train in range(gap_m.size):
+    reason = np.full(front_m.size, PRE_DECELERATION)
+    for train in range(front_m.size):
+        # Who stops at a platform before the obstacle need not mind it yet.
+        if limit_m[train] >= stop_m[train]:
+            continue
         # What is still to come from another track does not move out of the way.
         leader_mps = speed_mps[leader[train]] if follows[train] else 0.0
-        held_mps = two_stage_speed_mps(gap_m[train], leader_mps, acceleration_mps2, brake_mps2)
+        gap_m = limit_m[train] - front_m[train] - speed_mps[train] * step_s
+        held_mps = two_stage_speed_mps(gap_m, leader_mps, acceleration_mps2, brake_mps2)
         if held_mps <= ceiling_mps[train]:
             ceiling_mps[train] = held_mps
             reason[train] = TWO_STAGE

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from controllers.options import OptionError
+from controllers.options import require
 from railway.arrays import FloatArray
 from railway.compiled import compiled
 from railway.profile import at
@@ -27,9 +27,7 @@ class MovingBlockOptions:
     """Safety margin between the end of authority and the obstacle. [m]"""
 
     def __post_init__(self) -> None:
-        if self.margin_m < 0.0:
-            problem = f"margin_m is {self.margin_m:g}"
-            raise OptionError(problem, "0 or more metres")
+        require("margin_m", self.margin_m, 0.0, 1000.0)
 
 
 class LineCeiling:

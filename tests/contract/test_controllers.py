@@ -1,0 +1,210 @@
+"""Every operation over every protection keeps the same contract."""
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from controllers import OPERATIONS, PROTECTIONS, ControllerError, build
+from railway.arrays import FloatArray
+from railway.control import Controller, Operation, Protection
+from railway.scenario import ControllerSpec, Scenario
+from railway.state import Advice, Authority, LineState, Reason
+from railway.world import World
+from tests.property.runs import loop_station_scenario, run
+from tests.worlds import merge_scenario, two_station_scenario, world_of
+
+PAIRS = list(product(PROTECTIONS, OPERATIONS))
+every_pair = pytest.mark.parametrize(("protection", "operation"), PAIRS)
+QUICK = settings(max_examples=5, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+
+WORLDS = {
+    "one track": lambda: two_station_scenario(4, 70.0, block_m=250.0),
+    "merge": lambda: merge_scenario(4, 60.0, block_m=200.0),
+    "loop station": lambda: loop_station_scenario(4, 70.0, one_starts_inside=True),
+}
+
+
+def controller_of(world: World, protection: str, operation: str) -> Controller:
+    return build(ControllerSpec("test", protection, operation, {}, {}), world)
+
+
+def overstays(scenario: Scenario, *seconds: float) -> FloatArray:
+    """Let the first trains overstay at their second call."""
+    services = scenario.timetable.services
+    delay_s = np.zeros((len(services), max(len(service.calls) for service in services)))
+    delay_s[: len(seconds), 1] = seconds
+    return delay_s
+
+
+def same(one: Any, other: Any) -> bool:  # noqa: ANN401 - whatever a memory is made of
+    if isinstance(one, tuple):
+        return len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, np.ndarray):
+        return np.array_equal(one, other, equal_nan=True)
+    return bool(one == other)
+
+
+class Twice:
+    """Asks a protection and an operation everything twice, and keeps what they said."""
+
+    def __init__(self, controller: Controller) -> None:
+        self._protection: Protection[Any] = controller.protection
+        self._operation: Operation[Any] = controller.operation
+        self.said: list[tuple[LineState, Authority, Advice]] = []
+
+    def initial(self) -> tuple[Any, Any]:
+        return self._protection.initial(), self._operation.initial()
+
+    def authorise(self, state: LineState, memory: Any) -> tuple[Authority, Any]:  # noqa: ANN401
+        first = self._protection.authorise(state, memory[0])
+        assert same(first, self._protection.authorise(state, memory[0]))
+        return first[0], (first[1], memory[1])
+
+    def advise(
+        self,
+        state: LineState,
+        authority: Authority,
+        memory: Any,  # noqa: ANN401
+    ) -> tuple[Advice, Any]:
+        first = self._operation.advise(state, authority, memory[1])
+        assert same(first, self._operation.advise(state, authority, memory[1]))
+        self.said.append((state, authority, first[0]))
+        return first[0], (memory[0], first[1])
+
+
+@every_pair
+@pytest.mark.parametrize("make", WORLDS.values(), ids=WORLDS)
+def test_same_state_same_answer_and_answers_are_sound(
+    protection: str,
+    operation: str,
+    make: Any,  # noqa: ANN401
+) -> None:
+    scenario = make()
+    world = world_of(scenario)
+    honest = controller_of(world, protection, operation)
+    twice = Twice(honest)
+    controller = Controller("twice", twice, twice, honest.drive)
+    record, _ = run(scenario, controller=controller, delay_s=overstays(scenario, 70.0, 40.0))
+    assert record.violations == ()
+    reasons = {int(reason) for reason in Reason}
+    for state, authority, advice in twice.said:
+        assert np.all(np.isfinite(advice.ceiling_mps))
+        assert np.all(advice.ceiling_mps >= 0.0)
+        assert set(advice.reason.tolist()) <= reasons
+        assert np.all(np.isfinite(authority.limit_m))
+        assert np.all(authority.ceiling_mps[state.present] >= 0.0)
+        assert_never_beyond_the_train_ahead(scenario, state, authority)
+
+
+def assert_never_beyond_the_train_ahead(
+    scenario: Scenario, state: LineState, authority: Authority
+) -> None:
+    """Any train further on, on a track of the route, bounds the authority by its tail."""
+    line, services = scenario.line, scenario.timetable.services
+    present = np.flatnonzero(state.present).tolist()
+    for row, other in product(present, present):
+        if state.front_m[other] <= state.front_m[row]:
+            continue
+        for track in set(services[row].route) & set(services[other].route):
+            place = line.track_by_id[track]
+            if place.start_m < state.front_m[other] and state.tail_m[other] < place.end_m:
+                assert authority.limit_m[row] <= max(state.tail_m[other], place.start_m) + 1e-9
+
+
+@every_pair
+def test_all_trains_arrive_whatever_the_delays(protection: str, operation: str) -> None:
+    @QUICK
+    @given(st.sampled_from(list(WORLDS)), st.lists(st.floats(0.0, 120.0), min_size=15, max_size=15))
+    def runs_through(name: str, drawn_s: list[float]) -> None:
+        scenario = WORLDS[name]()
+        world = world_of(scenario)
+        delay_s = np.resize(np.array(drawn_s), overstays(scenario).shape)
+        controller = controller_of(world, protection, operation)
+        record, _ = run(scenario, controller=controller, delay_s=delay_s)
+        assert record.violations == ()
+        assert record.completed.all()
+        called = np.isfinite(world.booked_arrival_s[:, :-1])
+        assert np.all(np.isfinite(record.arrival_s[called]))
+
+    runs_through()
+
+
+@every_pair
+@pytest.mark.parametrize("make", WORLDS.values(), ids=WORLDS)
+def test_the_future_is_not_read(protection: str, operation: str, make: Any) -> None:  # noqa: ANN401
+    scenario = make()
+    world = world_of(scenario)
+    fronts_m = []
+    for overstay_s in (20.0, 150.0):
+        controller = controller_of(world, protection, operation)
+        record, engine = run(
+            scenario, controller=controller, delay_s=overstays(scenario, overstay_s)
+        )
+        fronts_m.append(engine.front_m)
+        # Both are the same until the shorter overstay is over.
+        until_s = float(record.arrival_s[0, 1]) + world.minimum_dwell_s[0, 1] + 20.0
+        if overstay_s == 20.0:
+            steps = int(np.count_nonzero(engine.time_s <= until_s))
+    assert steps > 100
+    assert np.array_equal(fronts_m[0][:steps], fronts_m[1][:steps])
+    assert not np.array_equal(fronts_m[0][: steps + 200], fronts_m[1][: steps + 200])
+
+
+@every_pair
+def test_no_operation_arrives_before_the_fastest_run(protection: str, operation: str) -> None:
+    """Operation can only lower: nobody beats a train alone on the line."""
+    scenario = two_station_scenario(3, 70.0, block_m=250.0)
+    world = world_of(scenario)
+    alone, _ = run(two_station_scenario(1))
+    fastest_s = alone.arrival_s[0, 1] - alone.departure_s[0, 0]
+    controller = controller_of(world, protection, operation)
+    record, _ = run(scenario, controller=controller, delay_s=overstays(scenario, 50.0))
+    assert np.all(record.arrival_s[:, 1] - record.departure_s[:, 0] >= fastest_s - 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("spec", "where", "allowed"),
+    [
+        (("telepathy", "close_up", {}, {}), "controllers.x.protection", "moving_block"),
+        (("moving_block", "telepathy", {}, {}), "controllers.x.operation", "close_up"),
+        (
+            ("moving_block", "close_up", {"margn_m": 1.0}, {}),
+            "controllers.x.protection_options.margn_m",
+            "margin_m",
+        ),
+        (
+            ("moving_block", "close_up", {}, {"margin_m": 1.0}),
+            "controllers.x.operation_options.margin_m",
+            "none",
+        ),
+    ],
+)
+def test_what_is_unknown_is_refused_with_what_is_allowed(
+    spec: tuple[str, str, dict[str, float], dict[str, float]], where: str, allowed: str
+) -> None:
+    world = world_of(two_station_scenario(1))
+    with pytest.raises(ControllerError) as caught:
+        build(ControllerSpec("x", *spec), world)
+    assert caught.value.where == where
+    assert allowed in caught.value.allowed.split(", ")
+    assert str(caught.value).startswith(f"{where}: ")
+
+
+@pytest.mark.parametrize(
+    ("protection_options", "operation_options", "key"),
+    [
+        ({"margin_m": -1.0}, {}, "margin_m"),
+        ({}, {"slowest_kmh": 0.0}, "slowest_kmh"),
+        ({}, {"least_gain_s": -1.0}, "least_gain_s"),
+    ],
+)
+def test_a_value_that_makes_no_sense_is_refused(
+    protection_options: dict[str, float], operation_options: dict[str, float], key: str
+) -> None:
+    spec = ControllerSpec("x", "moving_block", "two_stage", protection_options, operation_options)
+    with pytest.raises(ControllerError, match=key):
+        build(spec, world_of(two_station_scenario(1)))

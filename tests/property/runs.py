@@ -1,0 +1,204 @@
+"""Runs through the real loop over the toy engine, and lines made at random."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Self
+
+import numpy as np
+from hypothesis import strategies as st
+
+from controllers import build
+from railway.arrays import FloatArray
+from railway.control import Controller
+from railway.engine import Observation
+from railway.line import Gradient, Line, Section, SpeedLimit, Track, Turnout
+from railway.loop import simulate
+from railway.records import RunRecord
+from railway.rolling_stock import TrainType
+from railway.scenario import ControllerSpec, Scenario
+from railway.timetable import Call, Service
+from railway.world import World
+from tests.toy_engine import ToyEngine
+from tests.worlds import make_scenario, platform_for, straight_line, world_of
+
+READY_S = 25_200.0
+GRAVITY = 9.80665
+
+
+class Observed:
+    """An engine that remembers what it showed and what it was told."""
+
+    def __init__(self, engine: ToyEngine) -> None:
+        self._engine = engine
+        self.seen: list[Observation] = []
+        self.told_mps: list[FloatArray] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        return None
+
+    def observe(self) -> Observation:
+        self.seen.append(self._engine.observe())
+        return self.seen[-1]
+
+    def apply(self, speed_mps: FloatArray) -> None:
+        self.told_mps.append(speed_mps.copy())
+        self._engine.apply(speed_mps)
+
+    def advance(self) -> None:
+        self._engine.advance()
+
+    @property
+    def time_s(self) -> FloatArray:
+        return np.array([seen.time_s for seen in self.seen])
+
+    @property
+    def front_m(self) -> FloatArray:
+        return np.array([seen.front_m for seen in self.seen])
+
+    @property
+    def speed_mps(self) -> FloatArray:
+        return np.array([seen.speed_mps for seen in self.seen])
+
+    def passes_s(self, row: int, chainage_m: float) -> float:
+        """Time at which a front passes a chainage, exact under constant acceleration."""
+        front_m, speed_mps, time_s = self.front_m[:, row], self.speed_mps[:, row], self.time_s
+        after = int(np.argmax(front_m >= chainage_m))
+        gap_m = chainage_m - front_m[after - 1]
+        before_mps = speed_mps[after - 1]
+        step_s = time_s[after] - time_s[after - 1]
+        gain = (speed_mps[after] - before_mps) / step_s
+        root = np.sqrt(before_mps**2 + 2.0 * gain * gap_m)
+        return float(time_s[after - 1] + 2.0 * gap_m / (before_mps + root))
+
+
+def controller_of(
+    world: World, operation: str = "close_up", protection: str = "moving_block"
+) -> Controller:
+    return build(ControllerSpec("test", protection, operation, {}, {}), world)
+
+
+def run(
+    scenario: Scenario,
+    operation: str = "close_up",
+    *,
+    controller: Controller | None = None,
+    delay_s: FloatArray | None = None,
+) -> tuple[RunRecord, Observed]:
+    """Run a scenario; the delays are the scenario's own where None."""
+    world = world_of(scenario)
+    if delay_s is None:
+        delay_s = scenario.dwell_delays.draw(scenario.timetable, scenario.seed)
+    engine = Observed(ToyEngine(world, delay_s, scenario.step_s))
+    record = simulate(
+        world,
+        engine,
+        controller or controller_of(world, operation),
+        delay_s,
+        seed=scenario.seed,
+        patience_s=scenario.patience_s,
+    )
+    return record, engine
+
+
+def solo_scenario(
+    train: TrainType,
+    stops_m: Sequence[float],
+    end_m: float,
+    *,
+    gradients: Sequence[Gradient] = (),
+    limits: Sequence[SpeedLimit] = (),
+    step_s: float = 0.5,
+) -> Scenario:
+    """One train that calls at every stop for 10 s, always late."""
+    names = {f"s{index}": stop_m for index, stop_m in enumerate(stops_m)}
+    line = straight_line(names, end_m, gradients, limits)
+    calls = tuple(
+        Call(name, "main", stop_m, READY_S + index, READY_S + index, 10.0)
+        for index, (name, stop_m) in enumerate(names.items())
+    )
+    service = Service("T1", "s0", train.id, ("main",), calls)
+    return make_scenario(line, [service], train, step_s=step_s)
+
+
+def loop_station_scenario(
+    trains: int = 3, headway_s: float = 90.0, *, one_starts_inside: bool = False
+) -> Scenario:
+    """
+    Trains call at ``mid`` on ``north`` and ``south`` in turn, on one track before and after.
+
+    The points lie at 1000 m (fouling from 940 m to 1060 m) and 1800 m (from 1740 m to
+    1860 m); the stops at 400 m, 1600 m and 2400 m. If one starts inside, a train that stands
+    on ``south`` from the beginning leaves between ``T1`` and the next one.
+    """
+    tracks = [Track("in", 0.0, 1000.0), Track("out", 1800.0, 3000.0)]
+    north, south = Track("north", 1000.0, 1800.0), Track("south", 1000.0, 1800.0)
+    stops_m = {"west": 400.0, "mid": 1600.0, "east": 2400.0}
+    line = replace(
+        straight_line(stops_m, 3000.0),
+        name="loop station",
+        sections=(
+            Section(0.0, 1000.0, (tracks[0],)),
+            Section(1000.0, 1800.0, (north, south)),
+            Section(1800.0, 3000.0, (tracks[1],)),
+        ),
+        platforms=(
+            platform_for("west", "in", 400.0),
+            platform_for("mid", "north", 1600.0),
+            platform_for("mid", "south", 1600.0),
+            platform_for("east", "out", 2400.0),
+        ),
+        turnouts=(Turnout("fan", 1000.0, 940.0, 1060.0), Turnout("throat", 1800.0, 1740.0, 1860.0)),
+    )
+    services = []
+    for index in range(trains):
+        ready_s = READY_S + index * headway_s
+        side = "south" if index % 2 else "north"
+        calls = (
+            Call("west", "in", 400.0, ready_s, ready_s + 30.0, 25.0),
+            Call("mid", side, 1600.0, ready_s + 120.0, ready_s + 150.0, 25.0),
+            Call("east", "out", 2400.0, ready_s + 230.0, ready_s + 260.0, 25.0),
+        )
+        services.append(Service(f"T{index + 1}", "west", "commuter", ("in", side, "out"), calls))
+    if one_starts_inside:
+        inside = (
+            Call("mid", "south", 1600.0, READY_S, READY_S + 195.0, 25.0),
+            Call("east", "out", 2400.0, READY_S + 275.0, READY_S + 305.0, 25.0),
+        )
+        services.insert(1, Service("S1", "mid", "commuter", ("south", "out"), inside))
+    return make_scenario(line, services)
+
+
+@st.composite
+def random_gradients(draw: st.DrawFn, end_m: float, steepest: float = 0.035) -> list[Gradient]:
+    """Stretches of 150 m to 700 m, up and down, some of them level."""
+    stretches = []
+    start_m = 0.0
+    while start_m < end_m:
+        stop_m = min(start_m + draw(st.floats(150.0, 700.0)), end_m)
+        permil = draw(st.integers(-round(1000 * steepest), round(1000 * steepest)))
+        stretches.append(Gradient(start_m, stop_m, permil / 1000.0))
+        start_m = stop_m
+    return stretches
+
+
+@st.composite
+def random_limits(draw: st.DrawFn, end_m: float) -> list[SpeedLimit]:
+    """Up to five limits anywhere; they may overlap."""
+    return [
+        SpeedLimit(start_m, min(start_m + draw(st.floats(20.0, 500.0)), end_m), limit_mps)
+        for start_m, limit_mps in draw(
+            st.lists(st.tuples(st.floats(0.0, end_m - 20.0), st.floats(5.0, 28.0)), max_size=5)
+        )
+    ]
+
+
+def mean_slope(line: Line, front_m: float, length_m: float) -> float:
+    """Gradient averaged over a train, summed stretch by stretch."""
+    rise_m = 0.0
+    for stretch in line.gradients:
+        on_it_m = min(front_m, stretch.end_m) - max(front_m - length_m, stretch.start_m)
+        rise_m += stretch.gradient * max(on_it_m, 0.0)
+    return rise_m / length_m

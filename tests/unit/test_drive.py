@@ -1,0 +1,120 @@
+"""The drive: how hard it brakes for whom, and what it says bound the speed."""
+
+import numpy as np
+import pytest
+
+from controllers.drive import TractionDrive
+from railway.state import Advice, Authority, Events, LineState, Reason
+from railway.world import World
+from tests.worlds import two_station_scenario, world_of
+
+STEP_S = 0.5
+SERVICE, EMERGENCY = 1.0, 1.3
+FRONT_M = 600.0
+
+
+@pytest.fixture
+def world() -> World:
+    return world_of(two_station_scenario(1))
+
+
+def drive_once(
+    world: World,
+    *,
+    speed_mps: float,
+    limit_m: float = 3000.0,
+    ceiling_mps: float = 30.0,
+    advised_mps: float = 30.0,
+    stop_m: float = 1300.0,
+    front_m: float = FRONT_M,
+) -> tuple[float, int]:
+    """Return acceleration and reason."""
+    one = np.ones(1, dtype=np.bool_)
+    state = LineState(
+        time_s=25_300.0,
+        front_m=np.array([front_m]),
+        tail_m=np.array([front_m - 200.0]),
+        speed_mps=np.array([speed_mps]),
+        present=one,
+        running=one,
+        leader=np.array([-1]),
+        follows=~one,
+        clear_to_m=np.array([limit_m]),
+        next_call=np.array([1]),
+        stop_m=np.array([stop_m]),
+        arrival_s=np.array([25_200.0]),
+        events=Events(),
+    )
+    authority = Authority(np.array([limit_m]), np.array([ceiling_mps]))
+    advice = Advice(np.array([advised_mps]), np.array([Reason.TWO_STAGE]))
+    drive = TractionDrive(world)
+    command = drive.command(state, authority, advice)
+    asked = (float(command.speed_mps[0]) - speed_mps) / STEP_S
+    return asked, int(drive.reason(command, advice)[0])
+
+
+def test_with_a_free_way_a_train_uses_its_traction(world: World) -> None:
+    asked, reason = drive_once(world, speed_mps=5.0)
+    # 400 kN less about 8.5 kN of resistance over 432 t.
+    resistance_n = 9.80665 * (
+        (1.65 + 0.0247 * 18.0) * 160 + (0.78 + 0.0028 * 18.0) * 240 + 0.0982 * 18.0**2
+    )
+    assert asked == pytest.approx((400e3 - resistance_n) / 432e3, abs=1e-3)
+    assert reason == Reason.TRACTION
+
+
+@pytest.mark.parametrize("advised_mps", [0.0, 10.0, 19.0])
+def test_advice_gets_the_service_brake_at_most(world: World, advised_mps: float) -> None:
+    asked, reason = drive_once(world, speed_mps=20.0, advised_mps=advised_mps)
+    assert asked == pytest.approx(-SERVICE)
+    assert reason == Reason.TWO_STAGE
+
+
+def test_a_ceiling_that_drops_gets_the_service_brake_at_most(world: World) -> None:
+    asked, reason = drive_once(world, speed_mps=20.0, ceiling_mps=5.0)
+    assert asked == pytest.approx(-SERVICE)
+    assert reason == Reason.LINE_CEILING
+
+
+def test_a_stop_too_near_gets_the_service_brake_at_most(world: World) -> None:
+    asked, reason = drive_once(world, speed_mps=20.0, stop_m=FRONT_M + 50.0)
+    assert asked == pytest.approx(-SERVICE)
+    assert reason == Reason.STATION_STOP
+
+
+def test_an_authority_that_can_be_kept_gets_the_service_brake(world: World) -> None:
+    asked, reason = drive_once(world, speed_mps=20.0, limit_m=FRONT_M + 200.0)
+    assert asked == pytest.approx(-SERVICE, abs=1e-6)
+    assert reason == Reason.AUTHORITY
+
+
+@pytest.mark.parametrize("away_m", [-50.0, 0.0, 100.0])
+def test_an_authority_that_shrinks_too_far_gets_the_emergency_brake(
+    world: World, away_m: float
+) -> None:
+    asked, reason = drive_once(world, speed_mps=20.0, limit_m=FRONT_M + away_m)
+    assert asked == pytest.approx(-EMERGENCY)
+    assert reason == Reason.AUTHORITY
+
+
+def test_the_brake_is_no_harder_than_the_authority_needs(world: World) -> None:
+    # After one harder step the service brake is enough again.
+    for away_m in (190.5, 193.0, 198.0):
+        asked, _ = drive_once(world, speed_mps=20.0, limit_m=FRONT_M + away_m)
+        after = 20.0 + asked * STEP_S
+        covered_m = 0.5 * (20.0 + after) * STEP_S
+        if asked > -EMERGENCY + 1e-9:
+            assert covered_m + 0.5 * after**2 / SERVICE == pytest.approx(away_m)
+        assert -EMERGENCY - 1e-9 <= asked < -SERVICE
+
+
+def test_a_standing_train_with_no_authority_stays(world: World) -> None:
+    for limit_m in (FRONT_M, FRONT_M - 30.0):
+        asked, reason = drive_once(world, speed_mps=0.0, limit_m=limit_m)
+        assert asked == 0.0
+        assert reason == Reason.AUTHORITY
+
+
+def test_a_train_never_runs_backwards(world: World) -> None:
+    asked, _ = drive_once(world, speed_mps=0.2, limit_m=FRONT_M - 100.0)
+    assert asked == pytest.approx(-0.4)

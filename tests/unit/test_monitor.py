@@ -1,0 +1,228 @@
+"""Protection broken on purpose: the monitor says what, who and when."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controllers.drive import TractionDrive
+from railway.arrays import IntArray
+from railway.control import Command, Controller, Drive, Protection
+from railway.line import Gradient, SpeedLimit
+from railway.records import RunRecord
+from railway.scenario import Scenario
+from railway.state import Advice, Authority, LineState
+from railway.world import World
+from tests.property.runs import Observed, controller_of, run
+from tests.worlds import merge_scenario, two_station_scenario, world_of
+
+LENGTH_M = 200.0
+STOP_M = 1300.0
+
+
+@dataclass
+class Altered:
+    """A protection whose word is changed on its way to the train."""
+
+    honest: Protection[Any]
+    extra_m: float = 0.0
+    sees_leaders: bool = True
+    ceiling_mps: float | None = None
+    blind_m: float = 3000.0
+
+    def initial(self) -> Any:  # noqa: ANN401 - whatever the honest one keeps
+        return self.honest.initial()
+
+    def authorise(self, state: LineState, memory: Any) -> tuple[Authority, Any]:  # noqa: ANN401
+        authority, memory = self.honest.authorise(state, memory)
+        limit_m = np.minimum(authority.limit_m + self.extra_m, 3000.0)
+        if not self.sees_leaders:
+            limit_m = np.full_like(limit_m, self.blind_m)
+        ceiling_mps = authority.ceiling_mps
+        if self.ceiling_mps is not None:
+            ceiling_mps = np.full_like(ceiling_mps, self.ceiling_mps)
+        return Authority(limit_m, ceiling_mps), memory
+
+
+@dataclass
+class AlteredDrive:
+    """A drive that adds something to each speed between two moments."""
+
+    honest: Drive
+    extra_mps: float
+    since_s: float
+    until_s: float
+
+    def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
+        command = self.honest.command(state, authority, advice)
+        if not self.since_s <= state.time_s < self.until_s:
+            return command
+        speed_mps = np.maximum(command.speed_mps + self.extra_mps, 0.0)
+        return command._replace(speed_mps=speed_mps)
+
+    def reason(self, command: Command, advice: Advice) -> IntArray:
+        return self.honest.reason(command, advice)
+
+
+def two_trains(**options: Any) -> tuple[Scenario, World, Controller]:  # noqa: ANN401
+    scenario = two_station_scenario(2, 90.0, **options)
+    world = world_of(scenario)
+    return scenario, world, controller_of(world)
+
+
+def overstay(seconds: float) -> np.ndarray:
+    delay_s = np.zeros((2, 2))
+    delay_s[0, 1] = seconds
+    return delay_s
+
+
+def kinds(record: RunRecord) -> set[tuple[str, str]]:
+    trains = record.world.timetable.trains
+    return {(v.kind, trains[v.row]) for v in record.violations}
+
+
+def first_spacing_s(engine: Observed) -> float:
+    """When the second train's braking distance first exceeds the way to the first one's tail."""
+    tail_m = engine.front_m[:, 0] - LENGTH_M
+    needs_m = 0.5 * engine.speed_mps[:, 1] ** 2
+    moving = engine.speed_mps[:, 1] > 0.0
+    return float(engine.time_s[moving & (engine.front_m[:, 1] + needs_m > tail_m + 0.1)][0])
+
+
+@pytest.mark.parametrize("gradients", [(), (Gradient(500.0, 1200.0, -0.006),)])
+def test_a_healthy_run_reports_nothing(gradients: tuple[Gradient, ...]) -> None:
+    scenario, _, controller = two_trains(
+        gradients=gradients, limits=(SpeedLimit(700.0, 900.0, 12.0),)
+    )
+    record, _ = run(scenario, controller=controller, delay_s=overstay(60.0))
+    assert record.violations == ()
+
+
+@pytest.mark.parametrize("broken", [{"sees_leaders": False}, {"extra_m": 100.0}])
+def test_a_protection_that_lets_trains_too_close_is_caught_at_once(broken: dict[str, Any]) -> None:
+    scenario, _, honest = two_trains()
+    controller = replace(honest, protection=Altered(honest.protection, **broken))
+    record, engine = run(scenario, controller=controller, delay_s=overstay(60.0))
+    assert kinds(record) == {("spacing", "T2")}
+    first = record.violations[0]
+    assert first.time_s == pytest.approx(first_spacing_s(engine), abs=0.5)
+    assert first.message.startswith("T2 could not stop before the train ahead")
+    if "extra_m" in broken:
+        # 100 m added to a margin of 25 m: it stops 75 m past the tail.
+        assert first.excess == pytest.approx(75.0, abs=0.5)
+
+
+def test_a_protection_without_line_limits_is_caught_where_the_limit_begins() -> None:
+    scenario, _, honest = two_trains(limits=(SpeedLimit(700.0, 900.0, 12.0),))
+    controller = replace(honest, protection=Altered(honest.protection, ceiling_mps=50.0))
+    record, engine = run(scenario, controller=controller)
+    assert kinds(record) == {("limit", "T1"), ("limit", "T2")}
+    for violation in record.violations:
+        assert violation.time_s == pytest.approx(engine.passes_s(violation.row, 700.0), abs=0.5)
+        fronts_m = engine.front_m[:, violation.row]
+        on_it = (fronts_m > 700.0) & (fronts_m - LENGTH_M < 900.0)
+        top_mps = engine.speed_mps[on_it, violation.row].max()
+        assert violation.excess == pytest.approx(top_mps - 12.0, abs=0.02)
+        assert "above the line limit" in violation.message
+
+
+@pytest.mark.parametrize("extra_mps", [0.3, -1.0])
+def test_a_drive_beyond_traction_or_brake_is_caught(extra_mps: float) -> None:
+    scenario, _, honest = two_trains()
+    since_s = 25_200.0 + 40.0 if extra_mps > 0.0 else 25_200.0 + 55.0
+    drive = AlteredDrive(honest.drive, extra_mps, since_s, since_s + 1.0)
+    record, _ = run(scenario, controller=replace(honest, drive=drive))
+    assert kinds(record) == {("acceleration", "T1")}
+    assert record.violations[0].time_s == pytest.approx(since_s + 0.5, abs=0.51)
+
+
+def test_a_drive_that_runs_on_is_caught_at_the_end_of_its_authority() -> None:
+    scenario, world, honest = two_trains()
+    lying = replace(honest, drive=TractionDrive(world))
+    # The drive is told 3000 m, the record keeps what protection said.
+    told = _ToldFurther(lying.drive)
+    record, engine = run(scenario, controller=replace(honest, drive=told), delay_s=overstay(60.0))
+    assert ("authority", "T2") in kinds(record)
+    first = next(v for v in record.violations if v.kind == "authority")
+    spacing = next(v for v in record.violations if v.kind == "spacing")
+    assert first.time_s < spacing.time_s
+    assert spacing.time_s == pytest.approx(first_spacing_s(engine), abs=0.5)
+
+
+@dataclass
+class _ToldFurther:
+    honest: Drive
+
+    def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
+        further_m = np.full_like(authority.limit_m, 3000.0)
+        return self.honest.command(state, authority._replace(limit_m=further_m), advice)
+
+    def reason(self, command: Command, advice: Advice) -> IntArray:
+        return self.honest.reason(command, advice)
+
+
+@dataclass
+class _ForgetsStops(_ToldFurther):
+    def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
+        blind = state._replace(stop_m=np.full_like(state.stop_m, 3000.0))
+        return self.honest.command(blind, authority, advice)
+
+
+def test_a_train_that_runs_past_its_stop_is_named() -> None:
+    scenario, _, honest = two_trains()
+    scenario = replace(scenario, patience_s=60.0)
+    record, _ = run(scenario, controller=replace(honest, drive=_ForgetsStops(honest.drive)))
+    missed = [v for v in record.violations if v.kind == "stop"]
+    assert {v.row for v in missed} == {0, 1}
+    assert missed[0].message.startswith("T1 ran past its stop")
+
+
+@dataclass
+class _IgnoresPoints:
+    honest: Protection[Any]
+
+    def initial(self) -> object:
+        return self.honest.initial()
+
+    def authorise(self, state: LineState, memory: object) -> tuple[Authority, object]:
+        authority, memory = self.honest.authorise(state, memory)
+        limit_m = np.maximum(authority.limit_m, 398.0)
+        return authority._replace(limit_m=limit_m), memory
+
+
+def test_a_train_inside_points_that_another_train_is_passing_is_named() -> None:
+    scenario = merge_scenario(2, 60.0)
+    delay_s = np.zeros((2, 2))
+    delay_s[0, 0] = 100.0
+    world = world_of(scenario)
+    honest = controller_of(world)
+    controller = replace(honest, protection=_IgnoresPoints(honest.protection))
+    record, _ = run(scenario, controller=controller, delay_s=delay_s)
+    fouling = [v for v in record.violations if v.kind == "fouling"]
+    # Whose front is behind is named: first the train that comes, then the one it passes,
+    # which stands at 398 m; the fouling section begins at 340 m.
+    assert [v.row for v in fouling] == [0, 1]
+    assert [v.excess for v in fouling] == pytest.approx([58.0, 58.0], abs=5.0)
+
+
+def test_a_train_that_never_arrives_is_named() -> None:
+    scenario, _, honest = two_trains()
+    scenario = replace(scenario, patience_s=300.0)
+    protection = Altered(honest.protection, sees_leaders=False, blind_m=700.0)
+    record, _ = run(scenario, controller=replace(honest, protection=protection))
+    assert kinds(record) >= {("stalled", "T1"), ("stalled", "T2")}
+    assert not record.completed.any()
+    stalled = [v for v in record.violations if v.kind == "stalled"]
+    # The last booked departure is 240 s after the first train stands ready.
+    assert stalled[0].time_s == pytest.approx(25_200.0 + 240.0 + 300.0, abs=1.0)
+
+
+def test_only_the_train_that_is_held_up_is_stalled() -> None:
+    scenario, _, controller = two_trains()
+    scenario = replace(scenario, patience_s=300.0)
+    delay_s = np.zeros((2, 2))
+    delay_s[1, 0] = 5000.0
+    record, _ = run(scenario, controller=controller, delay_s=delay_s)
+    assert kinds(record) == {("stalled", "T2")}
+    assert record.completed.tolist() == [True, False]

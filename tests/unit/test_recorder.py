@@ -1,0 +1,62 @@
+"""What the recorder keeps: samples every second, and every step exactly once."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from controllers.drive import TractionDrive
+from railway.recorder import BLOCK_STEPS, DWELLING, Recorder, StepBlock
+from railway.state import Reason
+from railway.tracker import Tracker
+from tests.property.runs import controller_of, run
+from tests.worlds import two_station_scenario, world_of
+
+
+class Keeper:
+    """Keeps the blocks it is shown."""
+
+    def __init__(self) -> None:
+        self.blocks: list[StepBlock] = []
+
+    def add(self, block: StepBlock) -> None:
+        self.blocks.append(block)
+
+
+def test_every_step_is_examined_once_and_blocks_share_their_edge() -> None:
+    scenario = two_station_scenario(2, 200.0)
+    world = world_of(scenario)
+    _, engine = run(scenario)
+    assert len(engine.seen) > BLOCK_STEPS
+    controller, keeper, tracker = controller_of(world), Keeper(), Tracker(world)
+    drive = TractionDrive(world)
+    recorder = Recorder(world, drive, (keeper,))
+    for seen in engine.seen:
+        state = tracker.update(seen)
+        authority, _ = controller.protection.authorise(state, None)
+        advice, _ = controller.operation.advise(state, authority, None)
+        recorder.write(state, authority, advice, drive.command(state, authority, advice))
+    recorder.flush()
+    blocks = keeper.blocks
+    assert len(blocks) > 1
+    for one, other in pairwise(blocks):
+        assert one.time_s[-1] == other.time_s[0]
+    times = np.concatenate([blocks[0].time_s[:1]] + [block.time_s[1:] for block in blocks])
+    assert times.tolist() == engine.time_s.tolist()
+    assert recorder.train_steps == sum(int(block.present.sum()) for block in blocks)
+
+
+def test_samples_lie_on_the_run_and_name_a_reason() -> None:
+    record, engine = run(two_station_scenario(1))
+    sample = record.trajectory
+    assert np.all(np.diff(sample.time_s) == pytest.approx(1.0))
+    fronts_m = np.interp(sample.time_s, engine.time_s, engine.front_m[:, 0])
+    assert sample.front_m == pytest.approx(fronts_m)
+    reasons = set(sample.reason.tolist())
+    assert reasons <= {DWELLING, *map(int, Reason)}
+    standing = sample.reason == DWELLING
+    assert np.all(sample.speed_mps[standing] == 0.0)
+    # It stands 30 s at west, and from its early arrival until 150 s at east.
+    expected_s = 30.0 + (25_200.0 + 150.0 - record.arrival_s[0, 1])
+    assert np.count_nonzero(standing) == pytest.approx(expected_s, abs=2.0)
+    assert {Reason.TRACTION, Reason.STATION_STOP, Reason.LINE_CEILING} >= reasons - {DWELLING}

@@ -1,0 +1,1 @@
+"""Programs for maintainers: benchmark, step study, limits study, README tables."""
