@@ -13,7 +13,7 @@ from railway.state import Advice, Authority, LineState
 from railway.world import World
 
 Element = TypeVar("Element", bound=np.generic)
-BLOCK_STEPS = 600
+BLOCK_STEPS = 300
 DWELLING = -1
 
 

@@ -41,6 +41,27 @@ def rolling_stock_faults(stock: RollingStockFile, file: str) -> list[Fault]:
     return faults
 
 
+def step_faults(settings: ScenarioFile, file: str) -> list[Fault]:
+    """
+    Return what is wrong with the step: SUMO counts in whole milliseconds.
+
+    Parameters
+    ----------
+    settings
+        The main file.
+    file
+        Its name.
+
+    Returns
+    -------
+    list[Fault]
+        The faults.
+    """
+    if float(f"{settings.step_s:.3f}") == settings.step_s:
+        return []
+    return [Fault(file, "step_s", f"{settings.step_s:g} s", "whole milliseconds")]
+
+
 def controller_faults(settings: ScenarioFile, file: str) -> list[Fault]:
     """
     Return names of controllers that would share one folder of results.

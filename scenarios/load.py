@@ -21,7 +21,12 @@ from railway.scenario import ControllerSpec, Scenario
 from railway.timetable import Call, Service, Timetable
 from scenarios import schema
 from scenarios.check_line import LineTables, line_faults
-from scenarios.check_settings import controller_faults, delay_faults, rolling_stock_faults
+from scenarios.check_settings import (
+    controller_faults,
+    delay_faults,
+    rolling_stock_faults,
+    step_faults,
+)
 from scenarios.check_timetable import (
     TimetableTables,
     calls_by_train,
@@ -87,7 +92,7 @@ def _read_main(reader: Reader, folder: Path) -> tuple[schema.ScenarioFile | None
     main, faults = schema.check(schema.ScenarioFile, data, MAIN_FILE) if data else (None, [])
     reader.faults += faults
     if main:
-        reader.faults += controller_faults(main, MAIN_FILE)
+        reader.faults += [*step_faults(main, MAIN_FILE), *controller_faults(main, MAIN_FILE)]
     return main, {
         key: _folder(reader, folder, data.get(key, "."), key)
         for key in ("line", "rolling_stock", "timetable")

@@ -92,7 +92,7 @@ class ScenarioFile(_Checked):
     schema_version: Literal[1]
     title: Text
     seed: int = Field(ge=0, le=2**63 - 1)
-    step_s: float = Field(ge=0.01, le=2.0)
+    step_s: float = Field(ge=0.01, le=0.5)
     patience_min: float = Field(ge=0.0, le=600.0)
     line: Text = "."
     rolling_stock: Text = "."
