@@ -58,7 +58,8 @@ class DwellDelays:
         Returns
         -------
         FloatArray
-            Delay beyond the minimum dwell; 0 past a train's last call.
+            Delay beyond the minimum dwell, resampled ones in whole seconds; 0 past a train's
+            last call.
             [s], shape (n_trains, n_calls_max)
         """
         most_calls = max(len(service.calls) for service in timetable.services)
@@ -71,7 +72,8 @@ class DwellDelays:
                 score = self.trip_correlation * score + innovation * fresh
                 measured = np.interp(ndtr(score), self.levels, self.delays_s)
                 factor = self.scale * self.station_scale.get(call.station, 1.0)
-                drawn[row, column] = min(factor * measured, self.cap_s)
+                # Whole seconds, as measured; so no step that divides a second adds to a dwell.
+                drawn[row, column] = np.round(min(factor * measured, self.cap_s))
         for overstay in self.overstays:
             row = timetable.trains.index(overstay.train)
             stations = [call.station for call in timetable.services[row].calls]

@@ -51,7 +51,8 @@ def test_the_measured_quantiles_come_back(correlation: float) -> None:
     delays = replace(MEASURED, trip_correlation=correlation)
     drawn = delays.draw(timetable(many()), 3)
     for column in range(len(STATIONS)):
-        for level, expected_s in ((0.25, 2.0), (0.5, 4.0), (0.7, 12.0), (0.9, 20.0)):
+        # Between two whole seconds, to which draws are rounded.
+        for level, expected_s in ((0.3125, 2.5), (0.5125, 4.5), (0.7125, 12.5), (0.90125, 20.5)):
             # Three standard errors of a share of 3000 draws.
             share = np.mean(drawn[:, column] <= expected_s)
             assert share == pytest.approx(level, abs=3.0 * np.sqrt(level * (1 - level) / 3000))
@@ -68,11 +69,18 @@ def test_correlation_along_a_trip_has_the_right_sign_and_size(correlation: float
 
 
 def test_scales_multiply_and_the_cap_comes_last() -> None:
-    plain = MEASURED.draw(timetable(many(50)), 5)
-    scaled = replace(MEASURED, scale=2.0, station_scale={"b": 0.5}, cap_s=30.0)
+    # Long delays, so that rounding to seconds does not matter.
+    long = replace(MEASURED, delays_s=(0.0, 400.0, 2000.0, 6000.0))
+    plain = long.draw(timetable(many(50)), 5)
+    scaled = replace(long, scale=2.0, station_scale={"b": 0.5}, cap_s=3000.0)
     drawn = scaled.draw(timetable(many(50)), 5)
     factors = np.array([2.0, 1.0, 2.0, 2.0])
-    assert drawn == pytest.approx(np.minimum(plain * factors, 30.0))
+    assert drawn == pytest.approx(np.minimum(plain * factors, 3000.0), abs=1.5)
+
+
+def test_resampled_delays_are_whole_seconds_as_measured() -> None:
+    drawn = replace(MEASURED, scale=1.37).draw(timetable(many(50)), 5)
+    assert np.array_equal(drawn, np.round(drawn))
 
 
 def test_an_overstay_is_added_to_what_the_train_draws_there() -> None:
