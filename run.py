@@ -163,7 +163,7 @@ def _run(chosen: study.Study, out: Path) -> study.StudyResult:
 
 
 def _complain(title: str, sentences: list[str]) -> NoReturn:
-    console.print(f"[bold red]{escape(title)}[/]")
+    console.print(f"[bold red]{escape(title)}[/]", soft_wrap=True)
     _list(sentences)
     raise typer.Exit(EXIT_BAD_INPUT)
 

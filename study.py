@@ -5,22 +5,17 @@ This is the one place where the rooms meet: files -> scenario -> SUMO -> loop ->
 ``run.py`` gives it a command line; scripts and notebooks may call :func:`run_study`.
 """
 
-import multiprocessing
 import os
 import platform
 import shutil
-import signal
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from queue import Empty
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -40,8 +35,8 @@ from railway.world import World, build_world
 from scenarios import load
 from sumo_net.build import build
 from sumo_net.engine import SumoEngine
+from workers import in_processes
 
-Reports: TypeAlias = "multiprocessing.queues.Queue[tuple[Task, float]]"
 VERSIONED = ("eclipse-sumo", "libsumo", "numpy", "pandas", "scipy")
 
 
@@ -216,18 +211,31 @@ def run_study(study: Study, out: Path, progress: Progress = lambda *_: None) -> 
     result = StudyResult(target)
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=out, prefix=f".{study.scenario.name}-") as place:
-        work = Path(place) / study.scenario.name
+        work, unfinished = Path(place) / study.scenario.name, Path(place) / "unfinished"
         started = time.perf_counter()
         try:
-            for outcome in _outcomes(study, work, progress):
+            for outcome in _outcomes(study, unfinished, progress):
+                _accept(_folder_of(study, outcome.task, unfinished), unfinished, work)
                 result.outcomes.append(outcome)
         except KeyboardInterrupt:
             result.interrupted = True
         result.outcomes.sort(key=lambda outcome: study.tasks.index(outcome.task))
+        wall_s = time.perf_counter() - started
         if result.outcomes:
-            result.summary = _publish(study, result, work, time.perf_counter() - started)
+            try:
+                result.summary = _publish(study, result, work, wall_s)
+            except KeyboardInterrupt:
+                result.interrupted = True
+                result.summary = _publish(study, result, work, wall_s)
             _put_in_place(work, target)
     return result
+
+
+def _accept(folder: Path, unfinished: Path, work: Path) -> None:
+    """Move a finished run to where nothing half-written can be."""
+    accepted = work / folder.relative_to(unfinished)
+    accepted.parent.mkdir(parents=True, exist_ok=True)
+    folder.replace(accepted)
 
 
 def _publish(study: Study, result: StudyResult, work: Path, wall_s: float) -> pd.DataFrame:
@@ -253,7 +261,7 @@ def _folder_of(study: Study, task: Task, work: Path) -> Path:
     return run_folder(work, *task, seeds=len(study.seeds))
 
 
-def _perform(study: Study, task: Task, work: Path, progress: Callable[[float], None]) -> Outcome:
+def _perform(study: Study, work: Path, task: Task, progress: Callable[[float], None]) -> Outcome:
     started = time.perf_counter()
     spec = next(spec for spec in study.specs if spec.name == task.controller)
     record = run_once(
@@ -274,56 +282,12 @@ def _outcomes(study: Study, work: Path, progress: Progress) -> Iterator[Outcome]
     def tell(task: Task, time_s: float) -> None:
         progress(task, time_s - begin_s, end_s - begin_s)
 
+    perform = partial(_perform, study, work)
     if study.jobs == 1 or len(study.tasks) == 1:
         for task in study.tasks:
-            yield _perform(study, task, work, partial(tell, task))
+            yield perform(task, partial(tell, task))
     else:
-        yield from _parallel(study, work, tell)
-
-
-def _parallel(study: Study, work: Path, tell: Callable[[Task, float], None]) -> Iterator[Outcome]:
-    # libsumo holds one simulation per process, and forking a loaded one is not safe.
-    context = multiprocessing.get_context("spawn")
-    reports: Reports = context.Queue()
-    jobs = min(study.jobs, len(study.tasks))
-    with ProcessPoolExecutor(jobs, context, _begin_worker, (reports,)) as pool:
-        waiting = {pool.submit(_work, study, task, work) for task in study.tasks}
-        try:
-            while waiting:
-                done, waiting = wait(waiting, timeout=0.1, return_when=FIRST_COMPLETED)
-                for task, time_s in _drain(reports):
-                    tell(task, time_s)
-                for future in done:
-                    yield future.result()
-        finally:
-            if waiting:
-                _stop(pool)
-
-
-def _stop(pool: ProcessPoolExecutor) -> None:
-    pool.shutdown(wait=False, cancel_futures=True)
-    for process in multiprocessing.active_children():
-        process.terminate()
-
-
-def _drain(reports: Reports) -> Iterator[tuple[Task, float]]:
-    with suppress(Empty):
-        while True:
-            yield reports.get_nowait()
-
-
-_reports: list[Reports] = []
-"""The queue of a worker process; empty in the parent."""
-
-
-def _begin_worker(reports: Reports) -> None:
-    # The parent decides what Ctrl-C means.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _reports.append(reports)
-
-
-def _work(study: Study, task: Task, work: Path) -> Outcome:
-    return _perform(study, task, work, lambda time_s: _reports[0].put((task, time_s)))
+        yield from in_processes(perform, study.tasks, study.jobs, work / "scratch", tell)
 
 
 def _expected_span_s(scenario: Scenario) -> tuple[float, float]:

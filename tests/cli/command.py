@@ -1,0 +1,88 @@
+"""The command line as a user types it, in this process or in its own."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from typer.testing import CliRunner
+
+import run
+from tests.unit.scenario_folder import write_scenario
+
+PROJECT = Path(__file__).parents[2]
+WIDE = {"COLUMNS": "200"}
+SECOND_CONTROLLER = """
+[controllers.second]
+protection = "{protection}"
+operation = "two_stage"
+"""
+
+
+@dataclass(frozen=True)
+class Screen:
+    """What a command left on the screen."""
+
+    status: int
+    answers: str
+    complaints: str
+
+
+def kankaku(*arguments: str | Path, width: int = 200) -> Screen:
+    """Run the command in this process."""
+    environment = {"COLUMNS": str(width), "TERM": "dumb", "NO_COLOR": "1"}
+    done = CliRunner().invoke(run.app, [str(part) for part in arguments], env=environment)
+    if done.exception and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    return Screen(done.exit_code, done.stdout, done.stderr)
+
+
+def start(script: Path, *arguments: str | Path) -> subprocess.Popen[str]:
+    """Start a script as a process of its own, like a terminal in a process group of its own."""
+    return subprocess.Popen(  # noqa: S603
+        [sys.executable, str(script), *map(str, arguments)],
+        env={**os.environ, **WIDE, "PYTHONPATH": str(PROJECT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def press_ctrl_c(process: subprocess.Popen[str]) -> Screen:
+    """Send SIGINT to the whole process group, as a terminal does."""
+    os.killpg(process.pid, signal.SIGINT)
+    answers, complaints = process.communicate(timeout=30)
+    return Screen(process.returncode, answers, complaints)
+
+
+def is_group_gone(group: int, patience_s: float = 10.0) -> bool:
+    """Return whether no process of a group is left."""
+    until = time.monotonic() + patience_s
+    while time.monotonic() < until:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def two_controllers(folder: Path, protection: str = "moving_block") -> Path:
+    """Write a small scenario of two controllers: ``plain``, then ``second``."""
+    write_scenario(folder)
+    with (folder / "scenario.toml").open("a", encoding="utf-8") as file:
+        file.write(SECOND_CONTROLLER.format(protection=protection))
+    return folder
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return the bytes of every file below a folder, hidden ones included."""
+    return {
+        file.relative_to(folder).as_posix(): file.read_bytes()
+        for file in sorted(folder.rglob("*"))
+        if file.is_file()
+    }

@@ -1,0 +1,44 @@
+"""Protections that do what no real one may, and a command line that knows them."""
+
+import time
+from typing import TYPE_CHECKING, cast
+
+import controllers
+import run
+from controllers import Layer
+from controllers.protection.moving_block import MovingBlock, MovingBlockOptions
+from railway.state import Authority, LineState
+
+if TYPE_CHECKING:
+    from collections.abc import MutableMapping
+
+FREE_WAY_M = 2000.0
+HELD_S = 600.0
+
+
+class Blind(MovingBlock):
+    """Sees no other train."""
+
+    def authorise(self, state: LineState, memory: None) -> tuple[Authority, None]:
+        authority, memory = super().authorise(state, memory)
+        return Authority(state.front_m + FREE_WAY_M, authority.ceiling_mps), memory
+
+
+class Stuck(MovingBlock):
+    """Takes longer for its first answer than any test waits."""
+
+    def authorise(self, state: LineState, memory: None) -> tuple[Authority, None]:
+        time.sleep(HELD_S)
+        return super().authorise(state, memory)
+
+
+BLIND = Layer(Blind, MovingBlockOptions, "sees no other train")
+STUCK = Layer(Stuck, MovingBlockOptions, "never answers")
+
+if __name__ in {"__main__", "__mp_main__"}:
+    # Worker processes import this module, too, under the second name.
+    registry = cast("MutableMapping[str, Layer]", controllers.PROTECTIONS)
+    registry.update(blind=BLIND, stuck=STUCK)
+
+if __name__ == "__main__":
+    run.app()

@@ -1,0 +1,185 @@
+"""Studies from a script: what is chosen, what goes wrong, what is kept."""
+
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+
+import controllers
+import run
+import study
+from analysis import read_results
+from scenarios import load
+from tests.cli.command import contents, kankaku, two_controllers
+from tests.cli.layers import BLIND
+from tests.unit.scenario_folder import replace, write_scenario
+
+LONG_OVERSTAY = '[[overstays]]\ntrain = "A1"\nstation = "last"\ndelay_s = 400.0\n\n[[overstays]]'
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return two_controllers(tmp_path / "small")
+
+
+@pytest.fixture
+def unsafe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a scenario whose second controller drives into a standing train."""
+    monkeypatch.setitem(controllers.PROTECTIONS, "blind", BLIND)
+    folder = two_controllers(tmp_path / "small", protection="blind")
+    replace(folder, "scenario.toml", "[[overstays]]", LONG_OVERSTAY)
+    return folder
+
+
+def test_a_study_takes_what_the_scenario_says(folder: Path) -> None:
+    chosen = study.choose(folder)
+    assert [spec.name for spec in chosen.specs] == ["plain", "second"]
+    assert (chosen.seeds, chosen.step_s) == ((7,), 0.5)
+
+
+def test_a_study_runs_every_controller_with_every_seed(folder: Path) -> None:
+    chosen = study.choose(folder, names=("second", "plain"), seed=0, seeds=2, step_s=0.25)
+    assert chosen.tasks == (("second", 0), ("second", 1), ("plain", 0), ("plain", 1))
+    assert chosen.step_s == 0.25
+
+
+def test_runs_in_a_window_come_one_after_the_other(folder: Path) -> None:
+    assert study.choose(folder, jobs=4, gui=True).jobs == 1
+
+
+def test_an_unknown_controller_is_refused_with_those_known(folder: Path) -> None:
+    with pytest.raises(controllers.ControllerError, match="allowed: plain, second"):
+        study.choose(folder, names=("fast",))
+
+
+def test_results_say_what_the_summary_says(folder: Path, tmp_path: Path) -> None:
+    result = study.run_study(study.choose(folder), tmp_path / "out")
+    read = read_results(result.folder)
+    assert result.summary is not None
+    pd.testing.assert_frame_equal(read.summary, result.summary)
+    assert [outcome.task for outcome in result.outcomes] == [("plain", 7), ("second", 7)]
+    assert (result.violations, result.interrupted) == ([], False)
+
+
+def test_a_layer_can_be_watched(folder: Path) -> None:
+    scenario = load(folder)
+    seen = []
+
+    def watch(name: str, layer: object) -> object:
+        seen.append(name)
+        return layer
+
+    study.run_once(scenario, scenario.controllers[0], 7, 0.5, wrap=watch)
+    assert sorted(seen) == ["drive", "engine", "operation", "protection"]
+
+
+def test_an_unsafe_protection_ends_with_status_3_and_all_results(
+    unsafe: Path, tmp_path: Path
+) -> None:
+    screen = kankaku(unsafe, "--out", tmp_path / "out", "--jobs", "1")
+    assert screen.status == run.EXIT_VIOLATION
+    assert "safety violations" in screen.complaints
+    assert "second (seed 7): " in screen.complaints
+    read = read_results(tmp_path / "out" / "small")
+    assert read.controllers == ("plain", "second")
+    summary = read.summary.set_index("controller")
+    assert summary["violations"].to_dict()["plain"] == 0
+    assert summary["violations"].to_dict()["second"] == len(read.run("second").violations) > 0
+    assert summary["collisions"].to_dict()["second"] > 0
+    assert set(read.run("second").violations["kind"]) >= {"collision", "spacing"}
+    report = (tmp_path / "out" / "small" / "report.md").read_text("utf-8")
+    assert "**second, seed 7: " in report
+
+
+def test_trains_that_never_get_through_are_a_violation(tmp_path: Path) -> None:
+    folder = write_scenario(tmp_path / "small")
+    replace(folder, "scenario.toml", "patience_min = 10.0", "patience_min = 0.0")
+    replace(folder, "scenario.toml", "[[overstays]]", LONG_OVERSTAY)
+    screen = kankaku(folder, "--out", tmp_path / "out")
+    assert screen.status == run.EXIT_VIOLATION
+    read = read_results(tmp_path / "out" / "small")
+    assert read.summary["trains_completed"].item() < 3
+    assert set(read.run("plain").violations["kind"]) == {"stalled"}
+
+
+class Interrupting:
+    """A progress callback that presses Ctrl-C once a controller is under way."""
+
+    def __init__(self, controller: str) -> None:
+        self._controller = controller
+
+    def __call__(self, task: study.Task, *_: float) -> None:
+        if task.controller == self._controller:
+            raise KeyboardInterrupt
+
+
+def interrupt_call(monkeypatch: pytest.MonkeyPatch, owner: type, method: str, turn: int) -> None:
+    """Press Ctrl-C in a certain call of a method."""
+    usual = getattr(owner, method)
+    begun = []
+
+    def interrupted(*arguments: Any, **options: Any) -> object:  # noqa: ANN401
+        begun.append(method)
+        if len(begun) == turn:
+            raise KeyboardInterrupt
+        return usual(*arguments, **options)
+
+    monkeypatch.setattr(owner, method, interrupted)
+
+
+def test_an_interrupted_study_keeps_what_is_finished(folder: Path, tmp_path: Path) -> None:
+    result = study.run_study(study.choose(folder), tmp_path / "out", Interrupting("second"))
+    assert result.interrupted
+    assert [outcome.task.controller for outcome in result.outcomes] == ["plain"]
+    read = read_results(result.folder)
+    assert read.controllers == ("plain",)
+    assert read.provenance["interrupted"] is True
+    assert {item.name for item in result.folder.iterdir() if item.is_dir()} == {"plain"}
+    assert [item.name for item in (tmp_path / "out").iterdir()] == ["small"]
+
+
+def test_an_interrupted_study_of_several_seeds_reads_back(folder: Path, tmp_path: Path) -> None:
+    chosen = study.choose(folder, seeds=2)
+    result = study.run_study(chosen, tmp_path / "out", Interrupting("second"))
+    assert read_results(result.folder).summary["seed"].tolist() == [7, 8]
+
+
+def test_earlier_results_survive_when_nothing_was_finished(folder: Path, tmp_path: Path) -> None:
+    chosen = study.choose(folder)
+    study.run_study(chosen, tmp_path / "out")
+    before = contents(tmp_path / "out")
+    result = study.run_study(chosen, tmp_path / "out", Interrupting("plain"))
+    assert result.interrupted
+    assert result.summary is None
+    assert contents(tmp_path / "out") == before
+
+
+def test_no_half_written_run_is_put_in_place(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupt_call(monkeypatch, pd.DataFrame, "to_parquet", 2)
+    result = study.run_study(study.choose(folder), tmp_path / "out")
+    assert result.interrupted
+    assert {item.name for item in result.folder.iterdir() if item.is_dir()} == {"plain"}
+
+
+def test_an_interrupt_while_publishing_keeps_what_is_finished(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupt_call(monkeypatch, Figure, "savefig", 1)
+    try:
+        result = study.run_study(study.choose(folder), tmp_path / "out")
+    except KeyboardInterrupt:
+        pytest.fail("the finished runs are lost")
+    assert result.interrupted
+    assert read_results(result.folder).controllers == ("plain", "second")
+
+
+def test_a_folder_of_something_else_is_refused_before_the_first_run(
+    folder: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "out" / "small").mkdir(parents=True)
+    with pytest.raises(FileExistsError, match="choose another folder"):
+        study.run_study(study.choose(folder), tmp_path / "out", Interrupting("plain"))
