@@ -115,6 +115,8 @@ class SumoEngine:
             window = ["--start", "--quit-on-end", f"--delay={GUI_DELAY_MS}"]
             return [str(sumo_binary("sumo-gui")), *options, *window]
         ignored = [f"--{option}={value}" for option, value in IGNORE_SIGNALS.items()]
+        # Signals that nobody obeys need not be worked.
+        ignored.append("--tls.all-off=true")
         return ["sumo", *options, *ignored]
 
     def observe(self) -> Observation:
