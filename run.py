@@ -1,6 +1,7 @@
 """Kankaku on the command line: ``python run.py scenarios/rush_hour``."""
 
 import os
+import signal
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -128,7 +129,7 @@ def main(  # noqa: PLR0913, PLR0917 - one argument per option of the command lin
         place = "" if error.where.startswith("--") else f"{MAIN_FILE}: "
         _complain(f"{scenario} cannot be run", [f"{place}{error}"])
     except OSError as error:
-        told = f"{error.filename}: {error.strerror}" if error.strerror else str(error)
+        told = f"{error.filename or out}: {error.strerror}" if error.strerror else str(error)
         _complain(f"{scenario} cannot be run", [told])
     except KeyboardInterrupt:
         console.print("Interrupted: nothing was written.")
@@ -199,5 +200,14 @@ def _report(result: study.StudyResult) -> None:
         raise typer.Exit(EXIT_INTERRUPTED)
 
 
+def _end_as_by_ctrl_c() -> None:
+    """Let a closed terminal or a kill end the worker processes, too; nohup stays nohup."""
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, signal.default_int_handler)
+
+
 if __name__ == "__main__":
+    _end_as_by_ctrl_c()
     app()

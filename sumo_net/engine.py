@@ -22,6 +22,8 @@ UNLIMITED_MPS2 = 1000.0
 """More than any brake rate that a command can ask for. [m/s2]"""
 GUI_DELAY_MS = 20
 """Wall time that sumo-gui spends on a step at least. [ms]"""
+GUI_TRIES = 10
+"""How often to look for the window of sumo-gui, a second apart."""
 RUN_AHEAD_S = 1.0
 """SUMO is this much behind at most. [s]"""
 AGREEMENT_M = 1e-3
@@ -83,7 +85,12 @@ class SumoEngine:
     def __enter__(self) -> Self:
         """Start SUMO."""
         sumo = _library(gui=self._gui)
-        sumo.start(self._command())
+        self._lost: type[Exception] = sumo.FatalTraCIError
+        try:
+            sumo.start(self._command(), **({"numRetries": GUI_TRIES} if self._gui else {}))
+        except self._lost as error:
+            msg = "sumo-gui does not answer; is there a display?"
+            raise OSError(msg) from error
         vehicle, simulation = sumo.vehicle, sumo.simulation
         self._close = sumo.close
         self._advance = sumo.simulationStep if self._gui else simulation.step
@@ -106,7 +113,9 @@ class SumoEngine:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """End SUMO."""
+        """End SUMO; a window that the user closed interrupts the run like Ctrl-C."""
+        if isinstance(error, self._lost):
+            raise KeyboardInterrupt from error
         self._close()
 
     def _command(self) -> list[str]:
