@@ -200,7 +200,7 @@ def _report(result: study.StudyResult) -> None:
         raise typer.Exit(EXIT_INTERRUPTED)
 
 
-def _end_as_by_ctrl_c() -> None:
+def end_as_by_ctrl_c() -> None:
     """Let a closed terminal or a kill end the worker processes, too; nohup stays nohup."""
     for name in ("SIGTERM", "SIGHUP"):
         number = getattr(signal, name, None)
@@ -209,5 +209,5 @@ def _end_as_by_ctrl_c() -> None:
 
 
 if __name__ == "__main__":
-    _end_as_by_ctrl_c()
+    end_as_by_ctrl_c()
     app()

@@ -55,7 +55,8 @@ class Monitor:
             The steps.
         """
         for kind, excess, tolerance in self._bounds_passed(block):
-            passed: BoolArray = block.moving & (excess > tolerance)
+            # Not-a-number passes every bound.
+            passed: BoolArray = block.moving & ~(excess <= tolerance)
             for step, column in np.argwhere(passed).tolist():
                 time_s = float(block.time_s[step + 1])
                 self._extend(int(block.rows[column]), kind, time_s, float(excess[step, column]))

@@ -41,4 +41,5 @@ if __name__ in {"__main__", "__mp_main__"}:
     registry.update(blind=BLIND, stuck=STUCK)
 
 if __name__ == "__main__":
+    run.end_as_by_ctrl_c()
     run.app()

@@ -84,3 +84,15 @@ def test_before_the_first_run_is_finished_nothing_is_written(places: Path, jobs:
         assert is_group_gone(process.pid)
     assert not list((places / "out").rglob("*.csv"))
     assert not list(left_over(places))
+
+
+def test_a_closed_terminal_leaves_no_process_and_no_folder(places: Path) -> None:
+    folder = two_controllers(places / "small", protection="stuck")
+    with started(places, folder, "2") as process:
+        wait_for(process, places, "out/**/plain/violations.csv")
+        process.send_signal(signal.SIGHUP)
+        process.communicate(timeout=PATIENCE_S)
+        assert process.returncode == INTERRUPTED
+        assert is_group_gone(process.pid)
+    assert read_results(places / "out" / "small").controllers == ("plain",)
+    assert not list(left_over(places))
