@@ -183,7 +183,7 @@ def _report(result: study.StudyResult) -> None:
             answers.print(f"In brackets: change against {escape(header[1])}")
         table = Table(*map(escape, header))
         for column in table.columns[1:]:
-            column.justify = "right"
+            column.justify, column.overflow = "right", "fold"
         for row in rows:
             table.add_row(*map(escape, row))
         answers.print(table)

@@ -7,7 +7,6 @@ This is the one place where the rooms meet: files -> scenario -> SUMO -> loop ->
 
 import os
 import platform
-import shutil
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -227,7 +226,7 @@ def run_study(study: Study, out: Path, progress: Progress = lambda *_: None) -> 
             except KeyboardInterrupt:
                 result.interrupted = True
                 result.summary = _publish(study, result, work, wall_s)
-            _put_in_place(work, target)
+            _put_in_place(work, target, Path(place) / "earlier")
     return result
 
 
@@ -251,10 +250,19 @@ def _publish(study: Study, result: StudyResult, work: Path, wall_s: float) -> pd
     return publish(work, scenario.title, scenario.line, runs, _provenance(study, result, wall_s))
 
 
-def _put_in_place(work: Path, target: Path) -> None:
+def _put_in_place(work: Path, target: Path, aside: Path) -> None:
+    """Replace earlier results, and keep what the user laid beside them."""
     if target.exists():
-        shutil.rmtree(target)
+        target.replace(aside)
     work.replace(target)
+    if aside.exists():
+        for item in aside.iterdir():
+            if not (target / item.name).exists() and not _is_run(item):
+                item.replace(target / item.name)
+
+
+def _is_run(folder: Path) -> bool:
+    return any(folder.glob("calls.csv")) or any(folder.glob("seed_*/calls.csv"))
 
 
 def _folder_of(study: Study, task: Task, work: Path) -> Path:
@@ -306,9 +314,8 @@ def _provenance(study: Study, result: StudyResult, wall_s: float) -> Mapping[str
         "controllers": {
             spec.name: {
                 "protection": spec.protection,
-                "protection_options": dict(spec.protection_options),
                 "operation": spec.operation,
-                "operation_options": dict(spec.operation_options),
+                "options": controllers.options_of(spec),
             }
             for spec in study.specs
         },

@@ -147,7 +147,9 @@ def _cell_text(cell: Mapping[str, Any], *, baseline: bool) -> str:
     text = f"{mean:,.0f}" if abs(mean) >= 1000.0 else f"{mean:.1f}"
     if baseline or np.isnan(change_pct):
         return text
+    # Adding nothing turns a rounded -0.0 into 0.0.
+    change = f"{round(change_pct, 1) + 0.0:+.1f}"
     if np.isnan(interval) or cell["difference"] == 0.0:
-        return f"{text} ({change_pct:+.1f} %)"
+        return f"{text} ({change} %)"
     interval_pct = abs(interval * change_pct / cell["difference"])
-    return f"{text} ({change_pct:+.1f} ± {interval_pct:.1f} %)"
+    return f"{text} ({change} ± {interval_pct:.1f} %)"

@@ -116,15 +116,15 @@ def _compared(summary: pd.DataFrame) -> list[str]:
     compared = comparison(summary)
     header, rows = comparison_texts(compared)
     several = len(set(summary["seed"])) > 1
-    told = f"In brackets: change against {label_of(header[1])}"
+    told = f"In brackets: change against {header[1]}"
     if several:
         told += "; means over seeds, ± half of the 95 % confidence interval of paired differences"
-    named = [header[0], *(label_of(name) for name in header[1:])]
+    named = header
     return ["## Comparison", "", *_table(named, rows), "", f"{told}."]
 
 
 def _reasons(runs: Sequence[RunTables]) -> list[str]:
-    shares = {label_of(run.controller): reason_shares(run.trajectory) for run in runs}
+    shares = {run.controller: reason_shares(run.trajectory) for run in runs}
     table = pd.DataFrame(shares)
     used = table[(table > 0.0).any(axis=1)]
     rows = [

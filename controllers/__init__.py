@@ -6,7 +6,7 @@ the keys that a scenario file may set.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
@@ -19,7 +19,7 @@ from railway.control import Controller, Operation, Protection
 from railway.scenario import ControllerSpec
 from railway.world import World
 
-__all__ = ["OPERATIONS", "PROTECTIONS", "ControllerError", "build"]
+__all__ = ["OPERATIONS", "PROTECTIONS", "ControllerError", "build", "options_of"]
 
 
 class Layer(NamedTuple):
@@ -90,6 +90,26 @@ def build(spec: ControllerSpec, world: World) -> Controller:
         OPERATIONS, f"{where}.operation", spec.operation, spec.operation_options, world
     )
     return Controller(spec.name, protection, operation, TractionDrive(world))
+
+
+def options_of(spec: ControllerSpec) -> dict[str, dict[str, float]]:
+    """
+    Return all options of a controller that can be built, defaults included.
+
+    Parameters
+    ----------
+    spec
+        Names and options of its layers.
+
+    Returns
+    -------
+    dict[str, dict[str, float]]
+        Options by layer.
+    """
+    return {
+        "protection": asdict(PROTECTIONS[spec.protection].options(**spec.protection_options)),
+        "operation": asdict(OPERATIONS[spec.operation].options(**spec.operation_options)),
+    }
 
 
 def _build_layer(

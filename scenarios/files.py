@@ -148,7 +148,9 @@ class Reader:
         except csv.Error as error:
             self._fault(path, "", str(error), "comma-separated fields")
             return Table(path.name, complete=False)
-        cells = [(row, [cell.strip() for cell in line]) for row, line in lines if line]
+        stripped = [(row, [cell.strip() for cell in line]) for row, line in lines]
+        # Spreadsheets write rows of separators below a table.
+        cells = [(row, line) for row, line in stripped if any(line)]
         if not cells:
             self._fault(path, "row 1", "the file is empty", ",".join(columns(model)))
         elif self._header_is_good(path, cells[0][1], columns(model)):
@@ -158,6 +160,11 @@ class Reader:
 
     def _header_is_good(self, path: Path, header: list[str], wanted: Sequence[str]) -> bool:
         known = len(self.faults)
+        for separator in (";", "\t"):
+            if len(header) == 1 and separator in header[0]:
+                problem = f"fields are separated by {separator!r}"
+                self._fault(path, "row 1", problem, "commas, and points in decimals")
+                return False
         for name in header:
             if name not in wanted:
                 left = [column for column in wanted if column not in header]

@@ -88,9 +88,12 @@ def load(folder: Path) -> Scenario:
 
 def _read_main(reader: Reader, folder: Path) -> tuple[schema.ScenarioFile | None, dict[str, Path]]:
     """Return the main file and the folders it names, these even if it has other faults."""
-    data = reader.toml(folder / MAIN_FILE, "scenario") or {}
-    main, faults = schema.check(schema.ScenarioFile, data, MAIN_FILE) if data else (None, [])
-    reader.faults += faults
+    read = reader.toml(folder / MAIN_FILE, "scenario")
+    data = read or {}
+    main = None
+    if read is not None:
+        main, faults = schema.check(schema.ScenarioFile, data, MAIN_FILE)
+        reader.faults += faults
     if main:
         reader.faults += [*step_faults(main, MAIN_FILE), *controller_faults(main, MAIN_FILE)]
     return main, {

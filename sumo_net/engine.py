@@ -20,8 +20,15 @@ ALL_CHECKS_OFF = 0
 """Speed mode in which SUMO obeys any speed."""
 UNLIMITED_MPS2 = 1000.0
 """More than any brake rate that a command can ask for. [m/s2]"""
-GUI_DELAY_MS = 20
-"""Wall time that sumo-gui spends on a step at least. [ms]"""
+VIEW = """<viewsettings>
+  <scheme name="kankaku">
+    <edges widthExaggeration="12"/>
+    <vehicles vehicle_minSize="1" vehicle_exaggeration="12"/>
+  </scheme>
+  <delay value="20"/>
+</viewsettings>
+"""
+"""Tracks and trains wide enough to be seen on a whole line; 20 ms of wall time a step."""
 GUI_TRIES = 10
 """How often to look for the window of sumo-gui, a second apart."""
 RUN_AHEAD_S = 1.0
@@ -121,7 +128,10 @@ class SumoEngine:
     def _command(self) -> list[str]:
         options = ["-c", str(self._files.config), "--no-warnings"]
         if self._gui:
-            window = ["--start", "--quit-on-end", f"--delay={GUI_DELAY_MS}"]
+            view = self._files.config.with_name("view.xml")
+            view.write_text(VIEW, encoding="utf-8")
+            window = ["--start", "--quit-on-end", "--window-size=1280,800"]
+            window.append(f"--gui-settings-file={view}")
             return [str(sumo_binary("sumo-gui")), *options, *window]
         ignored = [f"--{option}={value}" for option, value in IGNORE_SIGNALS.items()]
         # Signals that nobody obeys need not be worked.

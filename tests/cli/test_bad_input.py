@@ -133,11 +133,27 @@ def test_an_option_out_of_range_is_refused(folder: Path, option: str, value: str
     assert option in refused(folder, option, value).complaints
 
 
-@pytest.mark.xfail(reason="load() says nothing about an empty scenario.toml")
 @pytest.mark.parametrize("text", ["", "# nothing yet\n"])
 def test_an_empty_main_file_is_named(folder: Path, text: str) -> None:
     (folder / "scenario.toml").write_text(text, encoding="utf-8")
     assert "scenario.toml: " in refused(folder).complaints
+
+
+def test_a_table_with_semicolons_is_named_in_one_sentence(folder: Path) -> None:
+    table = folder / "limits.csv"
+    table.write_text(table.read_text("utf-8").replace(",", ";"), encoding="utf-8")
+    told = refused(folder).complaints
+    assert "limits.csv: row 1: fields are separated by ';'" in told
+    assert told.count("limits.csv") == 1
+
+
+def test_what_the_user_lays_beside_results_stays_there(tmp_path: Path) -> None:
+    folder = write_scenario(tmp_path / "small")
+    assert kankaku(folder, "--out", tmp_path / "out").status == 0
+    notes = tmp_path / "out" / "small" / "my_notes.md"
+    notes.write_text("mine", encoding="utf-8")
+    assert kankaku(folder, "--out", tmp_path / "out").status == 0
+    assert notes.read_text("utf-8") == "mine"
 
 
 def test_a_folder_that_holds_something_else_is_left_alone(folder: Path, tmp_path: Path) -> None:
