@@ -1,6 +1,5 @@
 """The engine runs ahead of SUMO between events; a SUMO that does otherwise is not believed."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +26,7 @@ def test_a_train_off_its_commands_stops_the_run(
     world = world_of(scenario)
     with SumoEngine(build(scenario, world, np.zeros((1, 2)), tmp_path), world) as engine:
         accelerate(engine)
-        honest: Callable[[str, float], None] = engine._set_speed  # noqa: SLF001
+        honest = engine._set_speed  # noqa: SLF001
         monkeypatch.setattr(engine, "_set_speed", lambda train, mps: honest(train, 1.01 * mps))
         with pytest.raises(EngineDisagreementError, match="off its commands"):
             accelerate(engine)
