@@ -5,7 +5,7 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour test check format lint types contracts headless bench seeds steps limits readme clean
+.PHONY: rush-hour test check format lint types contracts bench seeds steps limits readme clean
 
 rush-hour: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour
@@ -13,10 +13,7 @@ rush-hour: $(READY)
 test: $(READY)
 	$(BIN)/python -m pytest -n auto
 
-check: lint types contracts test headless
-
-headless: $(READY)
-	$(BIN)/python run.py scenarios/rush_hour
+check: lint types contracts test rush-hour
 
 format: $(READY)
 	$(BIN)/ruff check --fix .

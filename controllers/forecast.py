@@ -5,6 +5,8 @@ Booked departures, minimum dwells and the trains' own abilities are known; dwell
 not. So this is a lower bound, and a follower loses nothing by counting on it.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from railway.arrays import BoolArray, FloatArray
@@ -16,13 +18,18 @@ from railway.world import World
 class DepartureForecast:
     """Forecasts departures along the queue of trains, first train first."""
 
-    def __init__(self, world: World, acceleration_mps2: float, brake_mps2: float) -> None:
+    def __init__(
+        self,
+        world: World,
+        run_up: Sequence[RunUp],
+        acceleration_mps2: float,
+        brake_mps2: float,
+    ) -> None:
         self._world = world
         self._brake_mps2 = brake_mps2
-        self._run_up = [RunUp.of(kind) for kind in world.train_types]
+        self._run_up = run_up
         self._type_index: list[int] = world.type_index.tolist()
-        ceiling_mps = np.sqrt(2.0 * world.profile.ceiling_m2ps2)
-        self._travel_s = np.cumsum(1.0 / ceiling_mps, axis=1)
+        self._travel_s = np.cumsum(1.0 / world.profile.ceiling_mps, axis=1)
         # v/(2a) + L/v + v/b after the departure of a leader of length L, from Sato et al. 2025,
         # eqs. (14) and (15), least over the speed v that is held into the platform.
         shortest_s = 2.0 * np.sqrt(world.length_m * (0.5 / acceleration_mps2 + 1.0 / brake_mps2))

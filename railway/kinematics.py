@@ -2,33 +2,31 @@
 
 import math
 
-import numpy as np
-
-from railway.arrays import FloatArray
 from railway.compiled import elementwise
 
 
-def braking_distance_m(speed_mps: FloatArray, brake_mps2: float | FloatArray) -> FloatArray:
+@elementwise
+def braking_distance_m(speed_mps: float, brake_mps2: float) -> float:
     """
     Return the distance to a standstill on the level.
 
     Parameters
     ----------
     speed_mps
-        Speed. [m/s], any shape
+        Speed. [m/s], broadcastable
     brake_mps2
-        Constant deceleration. [m/s2]
+        Constant deceleration. [m/s2], broadcastable
 
     Returns
     -------
     FloatArray
-        Distance. [m], same shape
+        Distance. [m], broadcast shape
 
     References
     ----------
     .. [1] Sato et al. 2025, eq. (11).
     """
-    return np.square(speed_mps) / (2.0 * np.asarray(brake_mps2))
+    return 0.5 * speed_mps * speed_mps / brake_mps2
 
 
 @elementwise

@@ -6,8 +6,6 @@ from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
 from railway.world import World
 
-NOTHING_AHEAD = -1
-
 
 class Leaders:
     """
@@ -31,7 +29,6 @@ class Leaders:
         """The section that each train's tail has not left yet."""
         self._last = len(sections)
         size = world.size
-        self._rear_row = np.full(size, NOTHING_AHEAD, dtype=np.intp)
         self._cap_m = np.full(size, world.far_m)
         self.follows: BoolArray = np.zeros(size, dtype=np.bool_)
         self.leader: IntArray = np.full(size, -1, dtype=np.intp)
@@ -53,7 +50,6 @@ class Leaders:
         """Find the leader of a train, and the first points ahead that are not granted to it."""
         self.leader[row] = -1
         self.follows[row] = False
-        self._rear_row[row] = NOTHING_AHEAD
         self._cap_m[row] = self._world.far_m
         before = -1
         for section in range(self._first[row], self._last):
@@ -64,9 +60,7 @@ class Leaders:
             granted = same_way or self._section[ahead] == section
             if before < 0:
                 self.leader[row] = before = ahead
-                if granted:
-                    self._rear_row[row] = ahead
-                    self.follows[row] = True
+                self.follows[row] = granted
             if not granted:
                 self._cap_m[row] = self._fouling_m[section - 1]
                 return
@@ -117,19 +111,24 @@ class Leaders:
         tuple[FloatArray, FloatArray]
             Tails, and leader's tail, fouling point or far ahead. [m], shape (n_trains,)
         """
-        return _tails_and_clearance_m(front_m, self._world.length_m, self._rear_row, self._cap_m)
+        return _tails_and_clearance_m(
+            front_m, self._world.length_m, self.leader, self.follows, self._cap_m
+        )
 
 
 @compiled
 def _tails_and_clearance_m(
-    front_m: FloatArray, length_m: FloatArray, rear_row: IntArray, cap_m: FloatArray
+    front_m: FloatArray,
+    length_m: FloatArray,
+    leader: IntArray,
+    follows: BoolArray,
+    cap_m: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     tail_m = front_m - length_m
     clear_to_m = cap_m.copy()
     for train in range(front_m.size):
-        row = rear_row[train]
-        if row != NOTHING_AHEAD:
-            clear_to_m[train] = min(cap_m[train], tail_m[row])
+        if follows[train]:
+            clear_to_m[train] = min(cap_m[train], tail_m[leader[train]])
     return tail_m, clear_to_m
 
 

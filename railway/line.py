@@ -160,11 +160,6 @@ class Line:
         }
 
     @cached_property
-    def platform_at(self) -> Mapping[tuple[str, str], Platform]:
-        """Platforms by station and track."""
-        return {(platform.station, platform.track): platform for platform in self.platforms}
-
-    @cached_property
     def _height_knots(self) -> tuple[FloatArray, FloatArray]:
         knots_m = [self.start_m]
         heights_m = [0.0]

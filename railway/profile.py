@@ -48,6 +48,11 @@ class Profile:
         columns = np.arange(self.potential_m2ps2.shape[1], dtype=np.float64)
         return self.origin_m + SPACING_M * columns
 
+    @property
+    def ceiling_mps(self) -> FloatArray:
+        """Line ceiling, its braking curves included. [m/s], shape (n_types, n_grid)"""
+        return np.sqrt(2.0 * self.ceiling_m2ps2)
+
     def row_starts(self, type_index: IntArray) -> FloatArray:
         """
         Return what turns a chainage into a place in the flattened tables.

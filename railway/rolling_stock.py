@@ -144,6 +144,11 @@ class TrainType:
         """Share of a gradient's pull that accelerates the train, rotating parts counted. [-]"""
         return 1.0 / (1.0 + self.rotating_mass_ratio)
 
+    @property
+    def starting_acceleration_mps2(self) -> float:
+        """Greatest acceleration from rest on level straight track. [m/s2]"""
+        return float(self.level_acceleration_mps2(np.zeros(1))[0])
+
     def level_acceleration_mps2(self, speed_mps: FloatArray) -> FloatArray:
         """
         Return the greatest acceleration on level straight track.

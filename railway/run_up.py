@@ -6,6 +6,7 @@ from typing import Self
 import numpy as np
 
 from railway.arrays import FloatArray
+from railway.kinematics import braking_distance_m
 from railway.rolling_stock import TrainType
 
 SPEED_CELL_MPS = 0.05
@@ -86,9 +87,9 @@ class RunUp:
             Time. [s]
         """
         behind_m = float(np.interp(speed_mps, self.speed_mps, self.distance_m))
-        to_peak_and_stop_m = self.distance_m + 0.5 * np.square(self.speed_mps) / brake_mps2
+        to_peak_and_stop_m = self.distance_m + braking_distance_m(self.speed_mps, brake_mps2)
         peak = float(np.interp(distance_m + behind_m, to_peak_and_stop_m, self.speed_mps))
         peak = max(min(peak, top_mps), speed_mps, 0.1)
         up_s, up_m = self.between(speed_mps, peak)
-        cruise_m = distance_m - up_m - 0.5 * peak**2 / brake_mps2
+        cruise_m = distance_m - up_m - float(braking_distance_m(peak, brake_mps2))
         return up_s + max(cruise_m, 0.0) / peak + peak / brake_mps2

@@ -15,32 +15,15 @@ class CloseUpOptions:
     """Close-up running has no options."""
 
 
-def no_advice(world: World) -> Advice:
-    """
-    Return advice that lowers nothing.
-
-    Parameters
-    ----------
-    world
-        The trains.
-
-    Returns
-    -------
-    Advice
-        Arrays of shape (n_trains,).
-    """
-    return Advice(
-        ceiling_mps=np.full(world.size, NO_CEILING_MPS),
-        reason=np.full(world.size, Reason.TRACTION, dtype=np.intp),
-    )
-
-
 class CloseUp:
     """Asks for nothing."""
 
     def __init__(self, world: World, options: CloseUpOptions) -> None:
         del options
-        self._advice = no_advice(world)
+        self._advice = Advice(
+            ceiling_mps=np.full(world.size, NO_CEILING_MPS),
+            reason=np.full(world.size, Reason.TRACTION, dtype=np.intp),
+        )
 
     def initial(self) -> None:
         """Return the memory before the first step: none is needed."""

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from scipy.optimize import brentq
 
+from railway.kinematics import braking_distance_m
 from railway.run_up import RunUp
 
 
@@ -83,7 +84,7 @@ def _cruise_m(approach: Approach, cruise_mps: float, entry_mps: float) -> float:
     if speed < cruise_mps:
         _, to_cruise_m = approach.run_up.between(speed, cruise_mps)
     _, to_entry_m = approach.run_up.between(cruise_mps, entry_mps)
-    first_stage_m = 0.5 * entry_mps**2 / approach.first_stage_mps2
+    first_stage_m = float(braking_distance_m(entry_mps, approach.first_stage_mps2))
     return approach.distance_m - first_stage_m - to_cruise_m - to_entry_m
 
 

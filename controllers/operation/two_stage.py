@@ -24,7 +24,7 @@ from controllers.operation.pre_deceleration import Approach, Slowing, slow_down
 from controllers.options import require
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
-from railway.kinematics import two_stage_brake_mps2, two_stage_speed_mps
+from railway.kinematics import braking_distance_m, two_stage_brake_mps2, two_stage_speed_mps
 from railway.run_up import RunUp
 from railway.state import Advice, Authority, LineState, Reason
 from railway.world import World
@@ -52,7 +52,6 @@ class Plans(NamedTuple):
     """The pre-decelerations under way, shape (n_trains,), and when the first one ends."""
 
     ceiling_mps: FloatArray
-    release_s: FloatArray
     next_release_s: float
 
 
@@ -66,14 +65,15 @@ class TwoStage:
         self._options = options
         self._pre_deceleration = pre_deceleration
         self._step_s = world.step_s
-        starts = [float(kind.level_acceleration_mps2(np.zeros(1))[0]) for kind in world.train_types]
         # One a and b for all: the slowest starter ahead and the weakest brake behind.
-        self._acceleration_mps2 = min(starts)
+        self._acceleration_mps2 = min(kind.starting_acceleration_mps2 for kind in world.train_types)
         self._brake_mps2 = min(kind.service_brake_mps2 for kind in world.train_types)
         self._first_stage_mps2 = two_stage_brake_mps2(self._acceleration_mps2, self._brake_mps2)
-        self._forecast = DepartureForecast(world, self._acceleration_mps2, self._brake_mps2)
         self._run_up = [RunUp.of(kind) for kind in world.train_types]
-        self._ceiling_mps = np.sqrt(2.0 * world.profile.ceiling_m2ps2)
+        self._forecast = DepartureForecast(
+            world, self._run_up, self._acceleration_mps2, self._brake_mps2
+        )
+        self._ceiling_mps = world.profile.ceiling_mps
 
     def initial(self) -> Plans:
         """
@@ -84,8 +84,7 @@ class TwoStage:
         Plans
             No train is pre-decelerating.
         """
-        size = self._world.size
-        return Plans(np.full(size, NO_CEILING_MPS), np.full(size, np.inf), np.inf)
+        return Plans(np.full(self._world.size, NO_CEILING_MPS), np.inf)
 
     def advise(self, state: LineState, authority: Authority, memory: Plans) -> tuple[Advice, Plans]:
         """
@@ -123,7 +122,7 @@ class TwoStage:
         """Plan every train anew."""
         world, now_s = self._world, state.time_s
         ceiling = np.full(world.size, NO_CEILING_MPS)
-        release_s = np.full(world.size, np.inf)
+        next_release_s = np.inf
         wait_s = self._forecast.earliest_departures_s(state).take(state.leader) - now_s
         waits = waits_for_leader(world, state) & state.running
         worth = waits & (wait_s > self._options.least_gain_s)
@@ -132,8 +131,8 @@ class TwoStage:
             slowing = self._slowing(state, row, margin_m, float(wait_s[row]))
             if slowing is not None and slowing.lasts_s > 0.0:
                 ceiling[row] = slowing.ceiling_mps
-                release_s[row] = now_s + slowing.lasts_s
-        return Plans(ceiling, release_s, float(release_s.min()))
+                next_release_s = min(next_release_s, now_s + slowing.lasts_s)
+        return Plans(ceiling, next_release_s)
 
     def _slowing(
         self, state: LineState, row: int, margin_m: float, wait_s: float
@@ -158,7 +157,7 @@ class TwoStage:
 
     def _first_stage_m(self, kind: int, rear_m: float) -> float:
         top = float(self._ceiling_mps[kind, int(rear_m - self._world.profile.origin_m)])
-        return 0.5 * top**2 / self._first_stage_mps2
+        return float(braking_distance_m(top, self._first_stage_mps2))
 
 
 @compiled

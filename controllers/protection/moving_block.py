@@ -38,11 +38,9 @@ class LineCeiling:
         self._square = 2.0 * world.profile.ceiling_m2ps2.ravel()
         self._step_s = world.step_s
         # Nobody is further ahead after a step than with its starting acceleration throughout.
-        start = np.array(
-            [kind.level_acceleration_mps2(np.zeros(1))[0] for kind in world.train_types]
-        )
-        steepest = -np.minimum(world.profile.drag_mps2.min(axis=1), 0.0)
-        self._reach_m = 0.5 * world.step_s**2 * (start + steepest)[world.type_index]
+        steepest = -np.minimum(world.profile.drag_mps2.min(axis=1), 0.0)[world.type_index]
+        most_mps2 = world.of_type("starting_acceleration_mps2") + steepest
+        self._reach_m = 0.5 * world.step_s**2 * most_mps2
 
     def at_step_end_mps(self, state: LineState) -> FloatArray:
         """
