@@ -111,25 +111,19 @@ class Leaders:
         tuple[FloatArray, FloatArray]
             Tails, and leader's tail, fouling point or far ahead. [m], shape (n_trains,)
         """
-        return _tails_and_clearance_m(
-            front_m, self._world.length_m, self.leader, self.follows, self._cap_m
-        )
+        tail_m = front_m - self._world.length_m
+        clear_to_m = self._cap_m.copy()
+        _lower_to_tails(clear_to_m, tail_m, self.leader, self.follows)
+        return tail_m, clear_to_m
 
 
 @compiled
-def _tails_and_clearance_m(
-    front_m: FloatArray,
-    length_m: FloatArray,
-    leader: IntArray,
-    follows: BoolArray,
-    cap_m: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    tail_m = front_m - length_m
-    clear_to_m = cap_m.copy()
-    for train in range(front_m.size):
+def _lower_to_tails(
+    clear_to_m: FloatArray, tail_m: FloatArray, leader: IntArray, follows: BoolArray
+) -> None:
+    for train in range(tail_m.size):
         if follows[train]:
-            clear_to_m[train] = min(cap_m[train], tail_m[leader[train]])
-    return tail_m, clear_to_m
+            clear_to_m[train] = min(clear_to_m[train], tail_m[leader[train]])
 
 
 def _section_ends(world: World) -> tuple[list[float], list[float]]:

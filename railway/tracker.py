@@ -27,6 +27,7 @@ class Tracker:
         self._stop_m = world.stop_m[:, 0].copy()
         self._last_arrival_s = np.full(size, np.nan)
         self._ready: list[int] = []
+        self._unfinished = size
         self._fastest_mps = max(kind.maximum_speed_mps for kind in world.train_types)
         self._no_clearing_before_s = -np.inf
         shape = (size, world.stop_m.shape[1] - 1)
@@ -38,7 +39,7 @@ class Tracker:
     @property
     def finished(self) -> bool:
         """Every train has left the line."""
-        return bool(self.completed.all())
+        return self._unfinished == 0
 
     def update(self, seen: Observation) -> LineState:
         """
@@ -130,6 +131,7 @@ class Tracker:
         for row in seen.left:
             self._present[row] = self._running[row] = False
             self.completed[row] = True
+            self._unfinished -= 1
         if cleared is not None:
             self._leaders.clear(cleared)
         self._no_clearing_before_s = -np.inf

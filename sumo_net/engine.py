@@ -84,10 +84,10 @@ class SumoEngine:
         self._begin_ms = round(files.begin_s * 1000.0)
         self._step_ms = round(world.step_s * 1000.0)
         self._steps = 0
-        self._pending: list[list[float]] = []
+        self._pending: list[FloatArray] = []
         self._most_pending = 1 if gui else max(1, round(RUN_AHEAD_S / world.step_s))
         self._alert_until = ALERT_STEPS
-        self._commands_mps = self._speed_mps[self._rows_running]
+        self._commands_mps = self._speed_mps
 
     def __enter__(self) -> Self:
         """Start SUMO."""
@@ -100,7 +100,7 @@ class SumoEngine:
             raise OSError(msg) from error
         vehicle, simulation = sumo.vehicle, sumo.simulation
         self._close = sumo.close
-        self._advance = sumo.simulationStep if self._gui else simulation.step
+        self._advance = sumo.simulationStep
         self._get_distance = vehicle.getDistance
         self._get_speed = vehicle.getSpeed
         self._set_speed = vehicle.setSpeed
@@ -134,8 +134,6 @@ class SumoEngine:
             window.append(f"--gui-settings-file={view}")
             return [str(sumo_binary("sumo-gui")), *options, *window]
         ignored = [f"--{option}={value}" for option, value in IGNORE_SIGNALS.items()]
-        # Signals that nobody obeys need not be worked.
-        ignored.append("--tls.all-off=true")
         return ["sumo", *options, *ignored]
 
     def observe(self) -> Observation:
@@ -226,6 +224,8 @@ class SumoEngine:
                 stopped.add(row)
         if stopped:
             for row in stopped:
+                # Or SUMO would start from the last speed commanded when the stop ends.
+                self._set_speed(self._vehicles[row], 0.0)
                 call = self._call[row]
                 until_s = self._time_s + self._files.dwell_s[row, call]
                 self._due_s[row] = max(self._booked_departure_s[row, call], until_s)
@@ -243,12 +243,13 @@ class SumoEngine:
         speed_mps
             Next speeds; entries of other trains are ignored. [m/s], shape (n_trains,)
         """
-        self._commands_mps = speed_mps.take(self._rows_running)
+        self._commands_mps = speed_mps.copy()
 
     def advance(self) -> None:
         """Move on by one step of constant acceleration."""
-        self._pending.append(self._commands_mps.tolist())
-        self._front_m, self._speed_mps, event_near = _moved(
+        self._pending.append(self._commands_mps)
+        self._front_m, self._speed_mps = self._front_m.copy(), self._speed_mps.copy()
+        event_near = _move(
             self._front_m,
             self._speed_mps,
             self._rows_running,
@@ -268,7 +269,8 @@ class SumoEngine:
         """Let SUMO do what was commanded, and compare."""
         running = self._vehicles_running
         last = len(self._pending) - 1
-        for step, commands_mps in enumerate(self._pending):
+        commands = np.array(self._pending).take(self._rows_running, axis=1).tolist()
+        for step, commands_mps in enumerate(commands):
             # Each step anew: SUMO forgets a speed while a stop lies ahead.
             for _ in map(self._set_speed, running, commands_mps):
                 pass
@@ -298,7 +300,7 @@ class SumoEngine:
 
 
 @compiled
-def _moved(  # noqa: PLR0917 - compiled functions take plain arrays
+def _move(  # noqa: PLR0917 - compiled functions take plain arrays
     front_m: FloatArray,
     speed_mps: FloatArray,
     rows: IntArray,
@@ -306,20 +308,20 @@ def _moved(  # noqa: PLR0917 - compiled functions take plain arrays
     aims_m: FloatArray,
     end_m: float,
     step_s: float,
-) -> tuple[FloatArray, FloatArray, bool]:
-    """Return fronts and speeds after a step, and whether a stop or the end is near."""
-    next_m, next_mps = front_m.copy(), speed_mps.copy()
+) -> bool:
+    """Move the running trains by a step, and return whether a stop or the end is near."""
     event_near = False
     for place in range(rows.size):
         row = rows[place]
-        next_mps[row] = commands_mps[place]
-        next_m[row] += 0.5 * (speed_mps[row] + commands_mps[place]) * step_s
-        halted = commands_mps[place] <= 2.0 * HALTING_SPEED_MPS
-        if halted and abs(next_m[row] - aims_m[place]) <= 2.0 * STOP_TOLERANCE_M:
+        next_mps = commands_mps[row]
+        front_m[row] += 0.5 * (speed_mps[row] + next_mps) * step_s
+        speed_mps[row] = next_mps
+        halted = next_mps <= 2.0 * HALTING_SPEED_MPS
+        if halted and abs(front_m[row] - aims_m[place]) <= 2.0 * STOP_TOLERANCE_M:
             event_near = True
-        if next_m[row] + 2.0 * commands_mps[place] * step_s >= end_m:
+        if front_m[row] + 2.0 * next_mps * step_s >= end_m:
             event_near = True
-    return next_m, next_mps, event_near
+    return event_near
 
 
 def disarm(sumo: Any, train_type: str) -> None:  # noqa: ANN401
