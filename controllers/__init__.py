@@ -11,21 +11,27 @@ from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 from controllers.drive import TractionDrive
+from controllers.operation.approach_point import ApproachPointControl, ApproachPointOptions
 from controllers.operation.close_up import CloseUp, CloseUpOptions
 from controllers.operation.two_stage import TwoStage, TwoStageOptions
 from controllers.options import OptionError
 from controllers.protection.moving_block import MovingBlock, MovingBlockOptions
-from railway.control import Controller, Operation, Protection
-from railway.scenario import ControllerSpec
+from railway.control import Controller
+from railway.scenario import ControllerSpec, Option
 from railway.world import World
 
 __all__ = ["OPERATIONS", "PROTECTIONS", "ControllerError", "build", "options_of"]
 
 
 class Layer(NamedTuple):
-    """How to build a protection or an operation."""
+    """
+    How to build a protection or an operation.
 
-    build: Callable[[World, Any], Any]
+    A protection is built from the world and its options, an operation also from the
+    protection, which is its foresight.
+    """
+
+    build: Callable[..., Any]
     options: type[Any]
     summary: str
 
@@ -47,6 +53,11 @@ OPERATIONS: Registry = {
         partial(TwoStage, pre_deceleration=False),
         TwoStageOptions,
         "two-stage deceleration without pre-deceleration (Sato 2025)",
+    ),
+    "approach_point": Layer(
+        ApproachPointControl,
+        ApproachPointOptions,
+        "passes the approach point when the way becomes free (Sakai 2020)",
     ),
 }
 
@@ -83,16 +94,18 @@ def build(spec: ControllerSpec, world: World) -> Controller:
         If a layer or an option is unknown, or an option's value is not allowed.
     """
     where = f"controllers.{spec.name}"
-    protection: Protection[Any] = _build_layer(
-        PROTECTIONS, f"{where}.protection", spec.protection, spec.protection_options, world
+    make_protection, protection_options = _choose(
+        PROTECTIONS, f"{where}.protection", spec.protection, spec.protection_options
     )
-    operation: Operation[Any] = _build_layer(
-        OPERATIONS, f"{where}.operation", spec.operation, spec.operation_options, world
+    make_operation, operation_options = _choose(
+        OPERATIONS, f"{where}.operation", spec.operation, spec.operation_options
     )
+    protection = make_protection(world, protection_options)
+    operation = make_operation(world, operation_options, protection)
     return Controller(spec.name, protection, operation, TractionDrive(world))
 
 
-def options_of(spec: ControllerSpec) -> dict[str, dict[str, float]]:
+def options_of(spec: ControllerSpec) -> dict[str, dict[str, Option]]:
     """
     Return all options of a controller that can be built, defaults included.
 
@@ -103,7 +116,7 @@ def options_of(spec: ControllerSpec) -> dict[str, dict[str, float]]:
 
     Returns
     -------
-    dict[str, dict[str, float]]
+    dict[str, dict[str, Option]]
         Options by layer.
     """
     return {
@@ -112,24 +125,30 @@ def options_of(spec: ControllerSpec) -> dict[str, dict[str, float]]:
     }
 
 
-def _build_layer(
-    registry: Registry, where: str, name: str, options: Mapping[str, float], world: World
-) -> Any:  # noqa: ANN401 - each layer has its own memory type
+def _choose(
+    registry: Registry, where: str, name: str, options: Mapping[str, Option]
+) -> tuple[Callable[..., Any], Any]:
+    """Return how to build a layer, and its options."""
     if name not in registry:
         raise ControllerError(
             where=where, problem=f"{name!r} is not known", allowed=", ".join(registry)
         )
     layer = registry[name]
-    known = [field.name for field in fields(layer.options)]
-    for key in options:
+    known = {field.name: field.type for field in fields(layer.options)}
+    for key, value in options.items():
+        place = f"{where}_options.{key}"
         if key not in known:
             problem = f"option {key!r} is not known to {name}"
             allowed = ", ".join(known) or "none"
-            raise ControllerError(where=f"{where}_options.{key}", problem=problem, allowed=allowed)
+            raise ControllerError(where=place, problem=problem, allowed=allowed)
+        is_switch = known[key] is bool
+        if isinstance(value, bool) != is_switch:
+            allowed = "true or false" if is_switch else "a number"
+            raise ControllerError(where=place, problem=f"{value!r}", allowed=allowed)
     try:
         chosen = layer.options(**options)
     except OptionError as error:
         raise ControllerError(
             where=f"{where}_options", problem=error.problem, allowed=error.allowed
         ) from error
-    return layer.build(world, chosen)
+    return layer.build, chosen

@@ -2,23 +2,22 @@
 
 import numpy as np
 
-from railway.arrays import FloatArray, IntArray
+from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
 from railway.control import Command
 from railway.kinematics import next_speed_mps
-from railway.profile import SPACING_M, at, at_each
+from railway.profile import at, at_each, braking_loss_mps
 from railway.state import Advice, Authority, LineState, Reason
 from railway.world import World
 
 CELLS_PER_MPS = 100.0
 
 N_BOUNDS = 5
-ROW_REASONS = (
-    Reason.TRACTION,
-    Reason.LINE_CEILING,
-    None,  # the advice says why it lowers the ceiling
-    Reason.AUTHORITY,
-    Reason.STATION_STOP,
+ADVISED = 2
+"""The row for which the advice says why it lowers the ceiling."""
+ROW_REASONS = np.array(
+    [Reason.TRACTION, Reason.LINE_CEILING, -1, Reason.AUTHORITY, Reason.STATION_STOP],
+    dtype=np.intp,
 )
 
 
@@ -72,9 +71,11 @@ class TractionDrive:
                 state.front_m,
                 state.speed_mps,
                 authority.limit_m,
+                authority.delay_s,
                 authority.ceiling_mps,
                 advice.ceiling_mps,
                 self._stop_square,
+                state.running,
                 self._row_start,
                 self._square,
                 self._drag,
@@ -102,14 +103,8 @@ class TractionDrive:
         IntArray
             A :class:`~railway.state.Reason` each. shape (n_trains,)
         """
-        size = command.speed_mps.size
-        table = np.empty((N_BOUNDS, size), dtype=np.intp)
-        for row, reason in enumerate(ROW_REASONS):
-            if reason is not None:
-                table[row] = reason
-        table[2] = advice.reason
-        reasons: IntArray = table[command.bounds_mps.argmin(axis=0), np.arange(size)]
-        return reasons
+        lowest = command.bounds_mps.argmin(axis=0)
+        return np.where(lowest == ADVISED, advice.reason, ROW_REASONS[lowest])
 
 
 @compiled
@@ -117,9 +112,11 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     front_m: FloatArray,
     speed_mps: FloatArray,
     limit_m: FloatArray,
+    delay_s: FloatArray,
     ceiling_mps: FloatArray,
     advised_mps: FloatArray,
     stop_square: FloatArray,
+    running: BoolArray,
     row_start: FloatArray,
     square: FloatArray,
     drag: FloatArray,
@@ -130,26 +127,27 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     step_s: float,
 ) -> tuple[FloatArray, FloatArray]:
     near_m, far_m = tables_m
-    next_mps = np.empty_like(speed_mps)
-    bounds = np.empty((N_BOUNDS, speed_mps.size))
+    next_mps = np.zeros_like(speed_mps)
+    bounds = np.zeros((N_BOUNDS, speed_mps.size))
     for train in range(speed_mps.size):
+        if not running[train]:
+            continue
         speed = speed_mps[train]
         place = front_m[train] + row_start[train]
         cell = int(place)
         here = at(square, place)
-        # Half the rise of the squares over a metre is the brake rate; that of mid-step keeps
-        # the train on its curve where the gradient changes.
-        middle = place + 0.5 * speed * step_s
-        rise = at(square, middle + 0.5 * SPACING_M) - at(square, middle - 0.5 * SPACING_M)
-        loss = 0.5 * step_s / SPACING_M * rise
+        loss = braking_loss_mps(square, place, speed, step_s)
+        lag = 0.0
+        if delay_s[train] > 0.0:
+            lag = braking_loss_mps(square, place, speed, delay_s[train])
         limit = min(max(limit_m[train], near_m), far_m)
         ahead = at(square, limit + row_start[train])
         row = int(speed * CELLS_PER_MPS + speed_row[train])
         bounds[0, train] = speed + gain[row] - drag[cell]
         bounds[1, train] = ceiling_mps[train]
         bounds[2, train] = advised_mps[train]
-        bounds[3, train] = next_speed_mps(speed, ahead - here, loss)
-        bounds[4, train] = next_speed_mps(speed, stop_square[train] - here, loss)
+        bounds[3, train] = next_speed_mps(speed, ahead - here, loss, lag)
+        bounds[4, train] = next_speed_mps(speed, stop_square[train] - here, loss, 0.0)
         wish = max(bounds[:, train].min(), speed - loss)
         emergency = max(bounds[3, train], speed - loss - emergency_extra[train])
         next_mps[train] = min(wish, emergency)

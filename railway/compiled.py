@@ -51,3 +51,30 @@ def elementwise(function: Callable[..., float]) -> Callable[..., FloatArray]:
     vectorize: Callable[..., Any] = numba.vectorize
     made = vectorize([f"float64({arguments})"], cache=True)(function)
     return cast("Callable[..., FloatArray]", made)
+
+
+@compiled
+def count_up_to(rising: FloatArray, value: float) -> int:
+    """
+    Count the values of a rising array that are not above another.
+
+    Parameters
+    ----------
+    rising
+        Sorted values. shape (n,)
+    value
+        The other.
+
+    Returns
+    -------
+    int
+        How many; the place after the last of them.
+    """
+    low, high = 0, rising.size
+    while low < high:
+        middle = (low + high) // 2
+        if rising[middle] <= value:
+            low = middle + 1
+        else:
+            high = middle
+    return low

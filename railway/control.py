@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from railway.arrays import FloatArray, IntArray
+from railway.profile import Profile
 from railway.state import Advice, Authority, LineState
 
 Memory = TypeVar("Memory")
@@ -16,6 +17,30 @@ class Command(NamedTuple):
     """Speed at the end of the step. [m/s], shape (n_trains,)"""
     bounds_mps: FloatArray
     """The bounds that it is the least of; rows as the drive documents. (n_bounds, n_trains)"""
+
+
+class Foresight(Protocol):
+    """What a protection says beforehand, so that an operation can plan over any of them."""
+
+    @property
+    def profile(self) -> Profile:
+        """The line with the ceilings that the protection enforces."""
+        ...
+
+    @property
+    def delay_s(self) -> float:
+        """The delay of every authority. [s]"""
+        ...
+
+    def limit_behind_m(
+        self, row: int, call: int, leader: int, leader_front_m: FloatArray
+    ) -> FloatArray:
+        """
+        Return the limits of a train on the way to a call, by places of its leader's front.
+
+        The places are [m], shape (n_places,), and so are the limits.
+        """
+        ...
 
 
 class Protection(Protocol[Memory]):

@@ -1,7 +1,7 @@
 """Dwell delays: how much longer than the minimum a train stands at a platform."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import ndtr
@@ -43,6 +43,22 @@ class DwellDelays:
     trip_correlation: float = 0.0
     """Lag-1 correlation of the normal scores along a trip. [-]"""
     overstays: tuple[Overstay, ...] = ()
+
+    def overstaying(self, overstay: Overstay) -> "DwellDelays":
+        """
+        Return the same delays with one more overstay.
+
+        Parameters
+        ----------
+        overstay
+            What is added to the delays that the train meets there anyway.
+
+        Returns
+        -------
+        DwellDelays
+            Every other call draws as before.
+        """
+        return replace(self, overstays=(*self.overstays, overstay))
 
     def draw(self, timetable: Timetable, seed: int) -> FloatArray:
         """

@@ -30,15 +30,17 @@ def braking_distance_m(speed_mps: float, brake_mps2: float) -> float:
 
 
 @elementwise
-def next_speed_mps(speed_mps: float, square_m2ps2: float, loss_mps: float) -> float:
+def next_speed_mps(speed_mps: float, square_m2ps2: float, loss_mps: float, lag_mps: float) -> float:
     r"""
     Return the greatest speed after one step from which a brake curve can still be kept.
 
     A curve is given by the square of the speed :math:`w` that it allows at the present
     position, and by the speed :math:`l = b \Delta t` that its deceleration takes in a step.
-    Over a step of constant acceleration the train moves :math:`(v_0 + v_1) \Delta t / 2`, so
+    Over a step of constant acceleration the train moves :math:`(v_0 + v_1) \Delta t / 2`, and
+    the curve has to be kept by a front that counts as a delay :math:`\tau` further on, which
+    takes :math:`m = b \tau`:
 
-    .. math:: v_1^2 + l (v_0 + v_1) \le w
+    .. math:: v_1^2 + l (v_0 + v_1) + 2 m v_1 \le w
 
     whose larger root is returned; 0 where there is none.
 
@@ -51,6 +53,8 @@ def next_speed_mps(speed_mps: float, square_m2ps2: float, loss_mps: float) -> fl
         target ``d`` metres ahead on the level. [m2/s2], broadcastable
     loss_mps
         Speed lost by braking for a step. [m/s], broadcastable
+    lag_mps
+        Speed lost by braking for the delay. [m/s], broadcastable
 
     Returns
     -------
@@ -60,7 +64,7 @@ def next_speed_mps(speed_mps: float, square_m2ps2: float, loss_mps: float) -> fl
     room = square_m2ps2 - loss_mps * speed_mps
     if room <= 0.0:
         return 0.0
-    half = 0.5 * loss_mps
+    half = 0.5 * loss_mps + lag_mps
     return math.sqrt(half * half + room) - half
 
 

@@ -107,7 +107,8 @@ class Monitor:
         limit_m, rows = block.limit_m[:-1], block.rows
         strongest = float(self._service_mps2.max())
         near_m = POSITION_TOLERANCE_M + strongest * self._world.step_s**2 / 8.0
-        yield "authority", self._overrun_m(front_m, speed_mps, limit_m, rows), near_m
+        ahead_m = front_m + speed_mps * block.delay_s[:-1]
+        yield "authority", self._overrun_m(ahead_m, speed_mps, limit_m, rows), near_m
         next_tail_m = self._next_tail_m(block)
         yield "spacing", self._overrun_m(front_m, speed_mps, next_tail_m, rows), near_m
         yield "fouling", self._inside_fouling_m(block), 0.0
@@ -122,16 +123,9 @@ class Monitor:
         front_m = block.front_m[1:]
         tail_m = front_m - self._world.length_m[block.rows]
         for turnout, track_of_row in self._fouling:
+            ends_m = turnout.fouling_start_m, turnout.fouling_end_m
             track = track_of_row[block.rows]
-            within = block.present & (track >= 0)
-            within &= (front_m > turnout.fouling_start_m) & (tail_m < turnout.fouling_end_m)
-            lowest = np.where(within, track, np.iinfo(np.intp).max).min(axis=1, keepdims=True)
-            highest = np.where(within, track, -1).max(axis=1, keepdims=True)
-            if (highest > lowest).any():
-                first_m = np.where(within, front_m, -np.inf).max(axis=1, keepdims=True)
-                late = within & (highest > lowest) & (front_m < first_m)
-                depth_m = np.where(late, front_m - turnout.fouling_start_m, 0.0)
-                np.maximum(inside_m, depth_m, out=inside_m)
+            _raise_to_depth(front_m, tail_m, block.present, track, ends_m, inside_m)
         return inside_m
 
     def _overrun_m(
@@ -168,8 +162,7 @@ class Monitor:
         tail_m = front_m - self._world.length_m[rows]
         lowest = np.broadcast_to(self._maximum_mps[rows], front_m.shape).copy()
         for limit in self._world.line.limits:
-            on_it = (front_m > limit.start_m) & (tail_m < limit.end_m)
-            np.minimum(lowest, limit.limit_mps, out=lowest, where=on_it)
+            _lower_on(front_m, tail_m, (limit.start_m, limit.end_m), limit.limit_mps, lowest)
         return lowest
 
     def _acceleration_excess_mps2(self, block: StepBlock) -> FloatArray:
@@ -288,6 +281,56 @@ def _nearest_on_track(
             nearest_m[step, column] = min(nearest_m[step, column], lowest_m)
             if front_m[step, column] > start_m:
                 lowest_m = min(lowest_m, max(tail_m, start_m))
+
+
+@compiled
+def _raise_to_depth(
+    front_m: FloatArray,
+    tail_m: FloatArray,
+    present: BoolArray,
+    track: IntArray,
+    ends_m: tuple[float, float],
+    inside_m: FloatArray,
+) -> None:
+    """Raise ``inside_m`` to the depth of fronts behind the first one on another track."""
+    start_m, end_m = ends_m
+    within = np.empty(track.size, dtype=np.bool_)
+    for step in range(front_m.shape[0]):
+        first = -1
+        shared = False
+        for column in range(track.size):
+            within[column] = (
+                present[step, column]
+                and track[column] >= 0
+                and front_m[step, column] > start_m
+                and tail_m[step, column] < end_m
+            )
+            if not within[column]:
+                continue
+            shared = shared or (first >= 0 and track[column] != track[first])
+            if first < 0 or front_m[step, column] > front_m[step, first]:
+                first = column
+        if shared:
+            for column in range(track.size):
+                if within[column] and front_m[step, column] < front_m[step, first]:
+                    depth_m = front_m[step, column] - start_m
+                    inside_m[step, column] = max(inside_m[step, column], depth_m)
+
+
+@compiled
+def _lower_on(
+    front_m: FloatArray,
+    tail_m: FloatArray,
+    ends_m: tuple[float, float],
+    limit_mps: float,
+    lowest_mps: FloatArray,
+) -> None:
+    """Lower ``lowest_mps`` where a train is on a limit with any of its length."""
+    start_m, end_m = ends_m
+    for step in range(front_m.shape[0]):
+        for column in range(front_m.shape[1]):
+            if front_m[step, column] > start_m and tail_m[step, column] < end_m:
+                lowest_mps[step, column] = min(lowest_mps[step, column], limit_mps)
 
 
 def _height_integral(world: World) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:

@@ -13,12 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from railway.arrays import GRAVITY_MPS2, FloatArray, IntArray
+from railway.buffers import Buffers
 from railway.compiled import compiled
 from railway.line import Line
 from railway.rolling_stock import TrainType
 
 SPACING_M = 1.0
 """One metre, so that a chainage is an index. [m]"""
+NO_BUFFERS = Buffers()
 RUN_OUT_M = 2500.0
 """Level track assumed beyond both ends, longer than any brake curve. [m]"""
 
@@ -32,6 +34,8 @@ class Profile:
     """Brake potential of the service brake. [m2/s2]"""
     ceiling_m2ps2: FloatArray
     """Half the square of the line ceiling, its braking curves included. [m2/s2]"""
+    limit_mps: FloatArray
+    """The limit in force, without braking curves to lower ones ahead. [m/s]"""
     drag_mps2: FloatArray
     """Deceleration by gradient and curves, mean over the train. [m/s2]"""
     curve_drag_mps2: FloatArray
@@ -96,6 +100,34 @@ def at(table: FloatArray, place: float) -> float:
 
 
 @compiled
+def braking_loss_mps(square: FloatArray, place: float, speed_mps: float, step_s: float) -> float:
+    """
+    Return the speed that the service brake takes in a step under gravity.
+
+    Parameters
+    ----------
+    square
+        Ravelled table of twice the brake potential. [m2/s2], shape (n_types * n_grid,)
+    place
+        Chainage plus the train's :meth:`Profile.row_starts`. [m]
+    speed_mps
+        Speed at the start of the step. [m/s]
+    step_s
+        Length of the step. [s]
+
+    Returns
+    -------
+    float
+        Speed lost. [m/s]
+    """
+    # Half the rise of the squares over a metre is the brake rate; that of mid-step keeps
+    # the train on its curve where the gradient changes.
+    middle = place + 0.5 * speed_mps * step_s
+    rise = at(square, middle + 0.5 * SPACING_M) - at(square, middle - 0.5 * SPACING_M)
+    return 0.5 * step_s / SPACING_M * rise
+
+
+@compiled
 def at_each(table: FloatArray, chainage_m: FloatArray, row_start: FloatArray) -> FloatArray:
     """
     Interpolate in a flattened table for every train.
@@ -123,12 +155,15 @@ def at_each(table: FloatArray, chainage_m: FloatArray, row_start: FloatArray) ->
 
 
 def _train_ceiling_mps(
-    line: Line, train: TrainType, grid_m: FloatArray, travel_m: float
+    line: Line, train: TrainType, grid_m: FloatArray, step_s: float, buffers: Buffers
 ) -> FloatArray:
     ceiling = np.full(grid_m.shape, train.maximum_speed_mps)
+    travel_m = train.maximum_speed_mps * step_s
     for limit in line.limits:
-        first = np.floor((limit.start_m - grid_m[0]) / SPACING_M)
-        last = np.ceil((limit.end_m + train.length_m + travel_m - grid_m[0]) / SPACING_M)
+        start_m = float(buffers.front_limit_m(np.array(limit.start_m), limit.limit_mps))
+        end_m = buffers.rear_limit_m(limit.end_m, train.length_m)
+        first = np.floor((start_m - grid_m[0]) / SPACING_M)
+        last = np.ceil((end_m + travel_m - grid_m[0]) / SPACING_M)
         inside = slice(max(int(first), 0), min(int(last) + 1, grid_m.size))
         ceiling[inside] = np.minimum(ceiling[inside], limit.limit_mps)
     return ceiling
@@ -144,7 +179,12 @@ def _mean_over_train(values: FloatArray, cells: float) -> FloatArray:
     return mean
 
 
-def build_profile(line: Line, train_types: Sequence[TrainType], step_s: float) -> Profile:
+def build_profile(
+    line: Line,
+    train_types: Sequence[TrainType],
+    step_s: float,
+    buffers: Buffers = NO_BUFFERS,
+) -> Profile:
     """
     Tabulate a line for some train types.
 
@@ -156,6 +196,8 @@ def build_profile(line: Line, train_types: Sequence[TrainType], step_s: float) -
         One row of the tables each.
     step_s
         Length of a step: a limit that ends is kept until a whole step begins past it. [s]
+    buffers
+        By how much the train counts as longer than it is where limits start and end.
 
     Returns
     -------
@@ -167,20 +209,20 @@ def build_profile(line: Line, train_types: Sequence[TrainType], step_s: float) -
     grid_m = origin_m + SPACING_M * np.arange(columns)
     height_m = line.height_m(grid_m)
     curves_mps2 = line.curve_resistance_mps2(grid_m)
-    potentials, ceilings, drags, curve_drags = [], [], [], []
+    potentials, ceilings, limits, drags, curve_drags = [], [], [], [], []
     for train in train_types:
         cells = train.length_m / SPACING_M
         gravity = GRAVITY_MPS2 * train.gravity_ratio
         mean_height_m = _mean_over_train(height_m, cells)
         potential = train.service_brake_mps2 * (grid_m - origin_m) + gravity * mean_height_m
-        travel_m = train.maximum_speed_mps * step_s
-        limit = _train_ceiling_mps(line, train, grid_m, travel_m)
+        limit = _train_ceiling_mps(line, train, grid_m, step_s, buffers)
         # The lowest of all brake curves that start at the limits ahead.
         lowest = np.minimum.accumulate((0.5 * np.square(limit) + potential)[::-1])[::-1]
         curve_drag = train.gravity_ratio * _mean_over_train(curves_mps2, cells)
         potentials.append(potential)
         ceilings.append(lowest - potential)
+        limits.append(limit)
         curve_drags.append(curve_drag)
         drags.append(gravity * np.gradient(mean_height_m, SPACING_M) + curve_drag)
-    tables = map(np.array, (potentials, ceilings, drags, curve_drags))
+    tables = map(np.array, (potentials, ceilings, limits, drags, curve_drags))
     return Profile(float(origin_m), *tables)

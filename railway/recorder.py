@@ -1,10 +1,9 @@
 """Records every step cheaply, and hands whole blocks of steps to those who examine them."""
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol, TypeVar
+from typing import NamedTuple, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.control import Command, Drive
@@ -12,7 +11,6 @@ from railway.records import Trajectory
 from railway.state import Advice, Authority, LineState
 from railway.world import World
 
-Element = TypeVar("Element", bound=np.generic)
 BLOCK_STEPS = 300
 DWELLING = -1
 
@@ -33,6 +31,8 @@ class StepBlock(NamedTuple):
     speed_mps: FloatArray
     limit_m: FloatArray
     """End of authority. [m]"""
+    delay_s: FloatArray
+    """By how much running the front counts as further ahead of it. [s]"""
     next_call: IntArray
     present: BoolArray
     """The train is on the line before and after the step. shape (n_steps, n_columns)"""
@@ -56,11 +56,17 @@ class Recorder:
     def __init__(self, world: World, drive: Drive, examiners: Sequence[Examiner]) -> None:
         self._drive = drive
         self._examiners = examiners
-        self._states: list[LineState] = []
-        self._limits_m: list[FloatArray] = []
+        shape = (BLOCK_STEPS + 1, world.size)
+        self._time_s = np.empty(BLOCK_STEPS + 1)
+        self._front_m, self._speed_mps, self._limit_m, self._delay_s = np.empty((4, *shape))
+        self._next_call = np.empty(shape, dtype=np.intp)
+        self._present, self._running = np.empty((2, *shape), dtype=np.bool_)
+        self._written = 0
         self._until_sample = 0
         self._sample_every = max(1, round(1.0 / world.step_s))
-        self._samples: list[tuple[float, IntArray, FloatArray, FloatArray, IntArray]] = []
+        self._sampled: list[int] = []
+        self._reasons: list[IntArray] = []
+        self._samples: list[Trajectory] = []
         self.train_steps = 0
 
     def write(
@@ -80,20 +86,30 @@ class Recorder:
         command
             What the drive makes of it.
         """
-        self._states.append(state)
-        self._limits_m.append(authority.limit_m)
+        at = self._written
         if self._until_sample == 0:
-            self._sample(state, advice, command)
+            self._sampled.append(at)
+            self._reasons.append(self._drive.reason(command, advice))
             self._until_sample = self._sample_every
         self._until_sample -= 1
-        if len(self._states) > BLOCK_STEPS:
+        # Copied at once: arrays that are kept alive for a block cost more than their copies.
+        self._time_s[at] = state.time_s
+        self._front_m[at] = state.front_m
+        self._speed_mps[at] = state.speed_mps
+        self._limit_m[at] = authority.limit_m
+        self._delay_s[at] = authority.delay_s
+        self._next_call[at] = state.next_call
+        self._present[at] = state.present
+        self._running[at] = state.running
+        self._written += 1
+        if self._written > BLOCK_STEPS:
             self.flush()
 
     def flush(self) -> None:
         """Hand the steps so far to the examiners."""
-        block = _block(self._states, self._limits_m)
-        # The last state is the first of the next block.
-        del self._states[:-1], self._limits_m[:-1]
+        if self._sampled:
+            self._samples.append(self._sample())
+        block = self._block()
         self.train_steps += int(np.count_nonzero(block.present))
         if block.rows.size:
             for examiner in self._examiners:
@@ -108,39 +124,52 @@ class Recorder:
         Trajectory
             Ordered by time, then train.
         """
-        times = [np.full(sample[1].size, sample[0]) for sample in self._samples]
-        columns = [np.concatenate(part) for part in list(zip(*self._samples, strict=True))[1:]]
-        return Trajectory(np.concatenate(times), *columns)
+        return Trajectory(*map(np.concatenate, zip(*self._samples, strict=True)))
 
-    def _sample(self, state: LineState, advice: Advice, command: Command) -> None:
-        rows = np.flatnonzero(state.present)
-        if rows.size:
-            reason = np.where(state.running, self._drive.reason(command, advice), DWELLING)
-            self._samples.append(
-                (state.time_s, rows, state.front_m[rows], state.speed_mps[rows], reason[rows])
-            )
+    def _sample(self) -> Trajectory:
+        """Return the samples among what was written."""
+        at = self._sampled
+        present = self._present[at]
+        reason = np.where(self._running[at], self._reasons, DWELLING)
+        sample, row = present.nonzero()
+        self._sampled, self._reasons = [], []
+        return Trajectory(
+            self._time_s[at][sample],
+            row,
+            self._front_m[at][present],
+            self._speed_mps[at][present],
+            reason[present],
+        )
 
-
-def _block(states: Sequence[LineState], limits_m: Sequence[FloatArray]) -> StepBlock:
-    present = _rows([state.present for state in states])
-    rows = np.flatnonzero(present.any(axis=0))
-    present = present[:, rows]
-    running = _rows([state.running for state in states])[:, rows]
-    stays = present[:-1] & present[1:]
-    moving = stays & running[:-1]
-    return StepBlock(
-        rows,
-        np.array([state.time_s for state in states]),
-        _rows([state.front_m for state in states])[:, rows],
-        _rows([state.speed_mps for state in states])[:, rows],
-        _rows(limits_m)[:, rows],
-        _rows([state.next_call for state in states])[:, rows],
-        stays,
-        moving,
-        moving & ~running[1:],
-    )
-
-
-def _rows(arrays: Sequence[npt.NDArray[Element]]) -> npt.NDArray[Element]:
-    # Several times faster than np.array of the list.
-    return np.concatenate(arrays).reshape(len(arrays), -1)
+    def _block(self) -> StepBlock:
+        """Return what was written, and begin the next block with the last of it."""
+        steps = slice(self._written)
+        rows = np.flatnonzero(self._present[steps].any(axis=0))
+        present, running = self._present[steps, rows], self._running[steps, rows]
+        stays = present[:-1] & present[1:]
+        moving = stays & running[:-1]
+        block = StepBlock(
+            rows,
+            self._time_s[steps].copy(),
+            self._front_m[steps, rows],
+            self._speed_mps[steps, rows],
+            self._limit_m[steps, rows],
+            self._delay_s[steps, rows],
+            self._next_call[steps, rows],
+            stays,
+            moving,
+            moving & ~running[1:],
+        )
+        for written in (
+            self._time_s,
+            self._front_m,
+            self._speed_mps,
+            self._limit_m,
+            self._delay_s,
+            self._next_call,
+            self._present,
+            self._running,
+        ):
+            written[0] = written[self._written - 1]
+        self._written = 1
+        return block

@@ -1,45 +1,80 @@
-"""Run curves of one train alone on the line."""
+"""
+Run curves of one train alone on the line: the fastest, and those for a given run time.
 
-from dataclasses import dataclass
+The way is cut into sections of constant limit. In each the train speeds up, cruises, coasts
+and brakes; how far it cruises and from which speed it coasts are the two parameters of the
+section (Sakai et al. 2020, section 3.2).
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from railway.arrays import FloatArray
+from railway.buffers import Buffers
 from railway.line import Line
-from railway.profile import Profile, build_profile
+from railway.profile import NO_BUFFERS, build_profile
 from railway.rolling_stock import TrainType
+from railway.way import Driving, Trace, Way, trace, way_on
 
-SPEED_SPACING_MPS = 0.01
+TIME_TOLERANCE_S = 0.01
+"""How exactly a given run time is met. [s]"""
+SPEED_TOLERANCE_MPS = 1e-3
+ONE_LEVEL_MPS = 0.1
+"""Sections whose speeds differ by less take turns, later ones first. [m/s]"""
+SLOWEST_MPS = 0.3
+"""No coasting begins below this speed. [m/s]"""
+LONGEST_S = 1e6
+"""Stands for a run that never ends. [s]"""
+LEAST_SHARE = 1e-3
+"""Part of an operation that is left undone lest it bring the train to a stand. [-]"""
 
 
-@dataclass(frozen=True, slots=True)
+class RunTimeError(ValueError):
+    """A run time that the train cannot meet by coasting."""
+
+
+class StallError(ValueError):
+    """A gradient that the train cannot climb."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class RunCurve:
-    """Speed and time of a front against chainage, one entry per point of the curve."""
+    """A run against chainage; arrays have one entry per point of the curve, (n_points,)."""
 
     chainage_m: FloatArray
+    """Where the front is. [m]"""
     speed_mps: FloatArray
+    """Speed there; its square is linear between points. [m/s]"""
     time_s: FloatArray
     """Time since the start. [s]"""
+    traction_work_j: FloatArray
+    """Work of traction at the wheel since the start. [J]"""
 
     @property
     def run_time_s(self) -> float:
-        """Time from start to stop. [s]."""
+        """Time from start to end. [s]."""
         return float(self.time_s[-1])
 
 
-def fastest_run(line: Line, train_type: TrainType, start_m: float, stop_m: float) -> RunCurve:
-    r"""
-    Return the fastest run from rest to rest.
+def fastest_run(
+    line: Line,
+    train_type: TrainType,
+    start_m: float,
+    stop_m: float,
+    *,
+    start_mps: float = 0.0,
+    stop_mps: float = 0.0,
+    buffers: Buffers = NO_BUFFERS,
+) -> RunCurve:
+    """
+    Return the fastest run between two places, by default from rest to rest.
 
-    The train accelerates with full traction against running resistance, gradient and
-    curves, holds the line ceiling and brakes with the service brake. With the kinetic energy
-    per unit of mass :math:`e = v^2 / 2` the motion is
-
-    .. math:: \frac{de}{dx} = \frac{F(v) - R(v)}{M} - r(x), \qquad e \le e_{ceiling}(x),
-              \qquad e \le P(x_{stop}) - P(x)
-
-    integrated by Heun's rule over the cells of :mod:`railway.profile`; the acceleration is
-    constant within a cell.
+    The train accelerates with full traction, holds every limit as long as possible and
+    brakes with the service brake.
 
     Parameters
     ----------
@@ -47,64 +82,291 @@ def fastest_run(line: Line, train_type: TrainType, start_m: float, stop_m: float
         The line.
     train_type
         The train.
-    start_m
-        Where the front stands at first. [m]
-    stop_m
-        Where the front comes to rest. [m]
+    start_m, stop_m
+        Where the front starts and stops. [m]
+    start_mps, stop_mps
+        Its speed there; that at the stop is not exceeded. [m/s]
+    buffers
+        By how much the train counts as longer than it is where limits start and end.
 
     Returns
     -------
     RunCurve
-        The curve, start and stop included.
+        The curve.
 
     Raises
     ------
+    StallError
+        If a gradient is too steep to climb.
     ValueError
-        If the stop is not ahead of the start, or a gradient is too steep to climb.
+        If the stop is not ahead of the start, or the train starts faster than it may.
+
+    References
+    ----------
+    .. [1] Sakai et al. 2020, section 3.2; limits with buffers by eq. (3).
     """
-    if not stop_m > start_m:
-        message = f"stop_m must be above start_m = {start_m}, is {stop_m}"
+    return fastest(_way(line, train_type, (start_m, stop_m), (start_mps, stop_mps), buffers))
+
+
+def timed_run(  # noqa: PLR0913 - one argument per figure of a run
+    line: Line,
+    train_type: TrainType,
+    start_m: float,
+    stop_m: float,
+    run_time_s: float,
+    *,
+    start_mps: float = 0.0,
+    stop_mps: float = 0.0,
+    buffers: Buffers = NO_BUFFERS,
+) -> RunCurve:
+    """
+    Return the run between two places that takes a given time, coasting as much as it can.
+
+    Parameters
+    ----------
+    line
+        The line.
+    train_type
+        The train.
+    start_m, stop_m
+        Where the front starts and stops. [m]
+    run_time_s
+        The time, met within ``TIME_TOLERANCE_S``. [s]
+    start_mps, stop_mps
+        Speeds there; that at the stop is not exceeded. [m/s]
+    buffers
+        By how much the train counts as longer than it is where limits start and end.
+
+    Returns
+    -------
+    RunCurve
+        The curve.
+
+    Raises
+    ------
+    RunTimeError
+        If the fastest run takes longer, or the slowest run by coasting is faster.
+    ValueError
+        As :func:`fastest_run`.
+
+    References
+    ----------
+    .. [1] Sakai et al. 2020, section 3.2: operations 1 and 2.
+    """
+    way = _way(line, train_type, (start_m, stop_m), (start_mps, stop_mps), buffers)
+    fastest(way)
+    return timed(way, run_time_s)
+
+
+def _way(
+    line: Line,
+    train_type: TrainType,
+    ends_m: tuple[float, float],
+    speeds_mps: tuple[float, float],
+    buffers: Buffers,
+) -> Way:
+    profile = build_profile(line, [train_type], 0.0, buffers)
+    way = way_on(profile, 0, train_type, ends_m, speeds_mps)
+    allowed_mps = float(np.sqrt(2.0 * way.cap_m2ps2[0]))
+    if speeds_mps[0] > allowed_mps + SPEED_TOLERANCE_MPS:
+        message = f"start_mps may be up to {allowed_mps:.2f} at {ends_m[0]:g} m: {speeds_mps[0]:g}"
         raise ValueError(message)
-    profile = build_profile(line, [train_type], step_s=0.0)
-    inner_m = profile.grid_m[(profile.grid_m > start_m) & (profile.grid_m < stop_m)]
-    chainage_m = np.concatenate([[start_m], inner_m, [stop_m]])
-    energy = _accelerate(profile, train_type, chainage_m, _energy_cap(profile, chainage_m))
-    speed_mps = np.sqrt(2.0 * energy)
-    if np.any(speed_mps[1:-1] <= 0.0):
-        message = f"the train {train_type.id} cannot climb the line between {start_m} and {stop_m}"
-        raise ValueError(message)
-    steps_s = 2.0 * np.diff(chainage_m) / (speed_mps[1:] + speed_mps[:-1])
-    return RunCurve(chainage_m, speed_mps, np.concatenate([[0.0], np.cumsum(steps_s)]))
+    return way
 
 
-def _energy_cap(profile: Profile, chainage_m: FloatArray) -> FloatArray:
-    """Return the lower of line ceiling and brake curve into the last point. [m2/s2]."""
-    grid_m = profile.grid_m
-    potential = np.interp(chainage_m, grid_m, profile.potential_m2ps2[0])
-    ceiling = np.interp(chainage_m, grid_m, profile.ceiling_m2ps2[0])
-    cap: FloatArray = np.minimum(ceiling, np.maximum(potential[-1] - potential, 0.0))
-    cap[0] = cap[-1] = 0.0
-    return cap
+def fastest(way: Way) -> RunCurve:
+    """
+    Return the fastest run along a way.
+
+    Parameters
+    ----------
+    way
+        The way.
+
+    Returns
+    -------
+    RunCurve
+        The curve.
+
+    Raises
+    ------
+    StallError
+        If a gradient is too steep to climb.
+    """
+    return _curve(way, trace(way, Driving.fastest(way)))
 
 
-def _accelerate(
-    profile: Profile, train_type: TrainType, chainage_m: FloatArray, cap: FloatArray
-) -> FloatArray:
-    speeds_mps = np.arange(0.0, train_type.maximum_speed_mps + 1.0, SPEED_SPACING_MPS)
-    level: list[float] = train_type.level_acceleration_mps2(speeds_mps).tolist()
-    drag: list[float] = np.interp(chainage_m, profile.grid_m, profile.drag_mps2[0]).tolist()
-    steps_m: list[float] = np.diff(chainage_m).tolist()
+def timed(way: Way, run_time_s: float) -> RunCurve:
+    """
+    Return the run along a way that takes a given time.
 
-    def pull(energy: float) -> float:
-        place = float((2.0 * energy) ** 0.5) / SPEED_SPACING_MPS
-        index = min(int(place), len(level) - 2)
-        return level[index] + (place - index) * (level[index + 1] - level[index])
+    From the fastest run on, repeat: shorten the cruising of the section that cruises
+    fastest (operation 1); or lower the highest speed from which a section coasts, not below
+    the speeds of other sections (operation 2). Sections whose coasting has become one are
+    joined. The last operation is a search in its one variable.
 
-    energies = [0.0]
-    for index, (step_m, limit) in enumerate(zip(steps_m, cap[1:].tolist(), strict=True)):
-        energy = energies[-1]
-        slope = pull(energy) - drag[index]
-        ahead = max(energy + step_m * slope, 0.0)
-        mean_slope = 0.5 * (slope + pull(ahead) - drag[index + 1])
-        energies.append(max(min(energy + step_m * mean_slope, limit), 0.0))
-    return np.array(energies)
+    Parameters
+    ----------
+    way
+        The way.
+    run_time_s
+        The time. [s]
+
+    Returns
+    -------
+    RunCurve
+        The curve.
+
+    Raises
+    ------
+    RunTimeError
+        If the time is shorter than the fastest run, or longer than coasting can make it.
+    StallError
+        If a gradient is too steep to climb.
+    """
+    shortest_s = trace(way, Driving.fastest(way)).run_time_s
+    if run_time_s < shortest_s - TIME_TOLERANCE_S:
+        message = f"a run of {run_time_s:.2f} s is not possible: the fastest takes {shortest_s:.2f}"
+        raise RunTimeError(message)
+    longest_s = shortest_s
+    for under, cut in _cuts(way):
+        slower = trace(under, cut(0.0))
+        if slower.run_time_s >= run_time_s:
+            found = trace(under, cut(_share(under, cut, run_time_s)))
+            if abs(found.run_time_s - run_time_s) <= TIME_TOLERANCE_S:
+                return _curve(way, found)
+            break
+        longest_s = slower.run_time_s
+    if run_time_s <= shortest_s + TIME_TOLERANCE_S:
+        return fastest(way)
+    message = (
+        f"a run of {run_time_s:.2f} s is not possible: coasting makes it {longest_s:.2f} at most"
+    )
+    raise RunTimeError(message)
+
+
+Cut = Callable[[float], Driving]
+"""One operation: 1 leaves the drive as it is, 0 carries the operation out to its end."""
+
+
+def _share(way: Way, cut: Cut, run_time_s: float) -> float:
+    """Return how much of an operation is left undone when the run takes a given time."""
+
+    def late_s(share: float) -> float:
+        return min(trace(way, cut(share)).run_time_s, LONGEST_S) - run_time_s
+
+    if late_s(1.0) >= 0.0:
+        return 1.0
+    share: float = brentq(late_s, 0.0, 1.0, xtol=1e-9, rtol=1e-9)
+    return share
+
+
+class _Level(NamedTuple):
+    """What keeps a section fast: a speed that it cruises at or coasts from."""
+
+    speed_mps: float
+    cruises: bool
+    section: int
+
+
+def _cuts(way: Way) -> Iterator[tuple[Way, Cut]]:
+    """
+    Yield one operation after the other, each from where the one before has ended.
+
+    Each comes with the way under the speeds of the one before, so that a section that has to
+    speed up again coasts where it did, and nothing that makes a run slower makes it faster
+    elsewhere.
+    """
+    drive = Driving.fastest(way)
+    done: set[int] = set()
+    while True:
+        seen = trace(way, drive)
+        way = replace(way, cap_m2ps2=seen.energy_m2ps2)
+        drive = _join(drive, seen)
+        levels = _levels(drive, seen, done)
+        if not levels or not np.isfinite(seen.run_time_s):
+            return
+        tied_mps = max(level.speed_mps for level in levels) - ONE_LEVEL_MPS
+        tied = [level for level in levels if level.speed_mps >= tied_mps]
+        highest = max(tied, key=lambda level: (level.cruises, level.section))
+        below_mps = highest.speed_mps - ONE_LEVEL_MPS
+        lower = [level.speed_mps for level in levels if level.speed_mps < below_mps]
+        least = max([*lower, float(seen.entry_mps[highest.section]), SLOWEST_MPS])
+        cut = _shorten(drive, seen, highest) if highest.cruises else _lower(drive, highest, least)
+        if not np.isfinite(trace(way, cut(0.0)).run_time_s):
+            cut = _without_standing(way, cut)
+            done.add(highest.section)
+        yield way, cut
+        drive = cut(0.0)
+
+
+def _without_standing(way: Way, cut: Cut) -> Cut:
+    """Return an operation only as far as it does not bring the train to a stand."""
+    stands, runs = 0.0, 1.0
+    while runs - stands > LEAST_SHARE:
+        middle = 0.5 * (stands + runs)
+        if np.isfinite(trace(way, cut(middle)).run_time_s):
+            runs = middle
+        else:
+            stands = middle
+    return lambda share: cut(runs + share * (1.0 - runs))
+
+
+def _levels(drive: Driving, seen: Trace, done: set[int]) -> list[_Level]:
+    """Return what can be cut."""
+    found = []
+    for section in range(drive.target_mps.size):
+        if drive.through[section] or section in done:
+            continue
+        if seen.cruised_m[section] > 0.0:
+            found.append(_Level(float(drive.target_mps[section]), True, section))
+        elif (
+            seen.peak_mps[section] > max(seen.entry_mps[section], SLOWEST_MPS) + SPEED_TOLERANCE_MPS
+        ):
+            found.append(_Level(float(seen.peak_mps[section]), False, section))
+    return found
+
+
+def _join(drive: Driving, seen: Trace) -> Driving:
+    """Join sections that coast from where they begin to those before: no more speeding up."""
+    coasts_on = (drive.cruise_m <= 0.0) & (seen.peak_mps <= seen.entry_mps + SPEED_TOLERANCE_MPS)
+    return drive._replace(through=drive.through | coasts_on)
+
+
+def _shorten(drive: Driving, seen: Trace, level: _Level) -> Cut:
+    """Operation 1: shorten the cruising of a section."""
+
+    def cut(share: float) -> Driving:
+        cruise_m = drive.cruise_m.copy()
+        cruise_m[level.section] = share * seen.cruised_m[level.section]
+        return drive._replace(cruise_m=cruise_m)
+
+    return cut
+
+
+def _lower(drive: Driving, level: _Level, least_mps: float) -> Cut:
+    """Operation 2: lower the speed from which a section coasts."""
+
+    def cut(share: float) -> Driving:
+        target_mps, cruise_m = drive.target_mps.copy(), drive.cruise_m.copy()
+        target_mps[level.section] = least_mps + share * (level.speed_mps - least_mps)
+        cruise_m[level.section] = 0.0
+        return drive._replace(target_mps=target_mps, cruise_m=cruise_m)
+
+    return cut
+
+
+def _curve(way: Way, seen: Trace) -> RunCurve:
+    if not np.isfinite(seen.run_time_s):
+        ends = f"{way.chainage_m[0]:g} and {way.chainage_m[-1]:g}"
+        message = f"the train {way.train_type.id} cannot climb the line between {ends}"
+        raise StallError(message)
+    speed_mps = np.sqrt(2.0 * seen.energy_m2ps2)
+    steps_s = 2.0 * np.diff(way.chainage_m) / (speed_mps[1:] + speed_mps[:-1])
+    work_j = way.train_type.inertial_mass_kg * np.cumsum(seen.work_m2ps2)
+    return RunCurve(
+        way.chainage_m,
+        speed_mps,
+        np.concatenate([[0.0], np.cumsum(steps_s)]),
+        np.concatenate([[0.0], work_j]),
+    )

@@ -1,12 +1,15 @@
 """A scenario: one world that every controller meets."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
-from railway.dwell import DwellDelays
+from railway.dwell import DwellDelays, Overstay
 from railway.line import Line
 from railway.rolling_stock import TrainType
 from railway.timetable import Timetable
+
+Option: TypeAlias = float | bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,8 +24,27 @@ class ControllerSpec:
     name: str
     protection: str
     operation: str
-    protection_options: Mapping[str, float]
-    operation_options: Mapping[str, float]
+    protection_options: Mapping[str, Option]
+    operation_options: Mapping[str, Option]
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """One run per controller and initial delay of one train at one station."""
+
+    train: str
+    station: str
+    delays_s: tuple[float, ...]
+    """By how much the train overstays, rising. [s]"""
+
+
+@dataclass(frozen=True, slots=True)
+class Published:
+    """Published results of a sweep."""
+
+    source: str
+    values: Mapping[str, float]
+    """By indicator, with the unit in the key."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,3 +64,24 @@ class Scenario:
     """A run ends this long after the last booked call, finished or not. [s]"""
     digest: str
     """Content hash of the scenario's files."""
+    sweep: Sweep | None = None
+    published: Published | None = None
+
+    def with_initial_delay(self, delay_s: float | None) -> "Scenario":
+        """
+        Return one run of the sweep.
+
+        Parameters
+        ----------
+        delay_s
+            By how much the swept train overstays; None without a sweep. [s]
+
+        Returns
+        -------
+        Scenario
+            The same trains with that delay beside all others.
+        """
+        if self.sweep is None or delay_s is None:
+            return self
+        overstay = Overstay(self.sweep.train, self.sweep.station, delay_s)
+        return replace(self, dwell_delays=self.dwell_delays.overstaying(overstay))

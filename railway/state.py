@@ -15,6 +15,8 @@ class Reason(IntEnum):
     STATION_STOP = 3
     TWO_STAGE = 4
     PRE_DECELERATION = 5
+    OPTIMAL_STOP = 6
+    APPROACH = 7
 
 
 class Events(NamedTuple):
@@ -71,6 +73,8 @@ class Authority(NamedTuple):
     """The front must be able to stop before this with the service brake. [m]"""
     ceiling_mps: FloatArray
     """Speed not to be exceeded at the end of the step. [m/s]"""
+    delay_s: FloatArray
+    """The front counts as this much time of running further ahead of its limit. [s]"""
 
 
 class Advice(NamedTuple):

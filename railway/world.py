@@ -34,6 +34,8 @@ class World:
     stop_m: FloatArray
     call_track: IntArray
     """Number of the platform track of each call."""
+    platform_m: FloatArray
+    """Start and end of the platform of each call. [m], shape (2, n_trains, n_calls_max + 1)"""
     booked_arrival_s: FloatArray
     booked_departure_s: FloatArray
     minimum_dwell_s: FloatArray
@@ -97,11 +99,15 @@ def build_world(
     stop_m = np.full(shape, profile.end_m - 2.0)
     number_of_track = {track: number for number, track in enumerate(line.track_by_id)}
     call_track = np.full(shape, -1, dtype=np.intp)
+    platform_m = np.full((2, *shape), profile.end_m - 2.0)
+    platform_at = {(place.station, place.track): place for place in line.platforms}
     arrival_s, departure_s, dwell_s = (np.full(shape, np.inf) for _ in range(3))
     for row, service in enumerate(services):
         for column, call in enumerate(service.calls):
             stop_m[row, column] = call.stop_m
             call_track[row, column] = number_of_track[call.track]
+            platform = platform_at[call.station, call.track]
+            platform_m[:, row, column] = platform.start_m, platform.end_m
             arrival_s[row, column] = call.arrival_s
             departure_s[row, column] = call.departure_s
             dwell_s[row, column] = call.minimum_dwell_s
@@ -117,6 +123,7 @@ def build_world(
         call_count=np.array([len(service.calls) for service in services], dtype=np.intp),
         stop_m=stop_m,
         call_track=call_track,
+        platform_m=platform_m,
         booked_arrival_s=arrival_s,
         booked_departure_s=departure_s,
         minimum_dwell_s=dwell_s,

@@ -4,10 +4,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from railway.control import Foresight
 from railway.state import Advice, Authority, LineState, Reason
 from railway.world import World
 
 NO_CEILING_MPS = 1000.0
+
+
+def no_advice(trains: int) -> Advice:
+    """
+    Return advice that lowers nothing.
+
+    Parameters
+    ----------
+    trains
+        Number of trains. [-]
+
+    Returns
+    -------
+    Advice
+        For all of them.
+    """
+    reason = np.full(trains, Reason.TRACTION, dtype=np.intp)
+    return Advice(np.full(trains, NO_CEILING_MPS), reason)
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,12 +37,9 @@ class CloseUpOptions:
 class CloseUp:
     """Asks for nothing."""
 
-    def __init__(self, world: World, options: CloseUpOptions) -> None:
-        del options
-        self._advice = Advice(
-            ceiling_mps=np.full(world.size, NO_CEILING_MPS),
-            reason=np.full(world.size, Reason.TRACTION, dtype=np.intp),
-        )
+    def __init__(self, world: World, options: CloseUpOptions, foresight: Foresight) -> None:
+        del options, foresight
+        self._advice = no_advice(world.size)
 
     def initial(self) -> None:
         """Return the memory before the first step: none is needed."""

@@ -24,6 +24,7 @@ from controllers.operation.pre_deceleration import Approach, Slowing, slow_down
 from controllers.options import require
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
+from railway.control import Foresight
 from railway.kinematics import braking_distance_m, two_stage_brake_mps2, two_stage_speed_mps
 from railway.run_up import RunUp
 from railway.state import Advice, Authority, LineState, Reason
@@ -59,7 +60,12 @@ class TwoStage:
     """Two-stage deceleration over any protection."""
 
     def __init__(
-        self, world: World, options: TwoStageOptions, *, pre_deceleration: bool = True
+        self,
+        world: World,
+        options: TwoStageOptions,
+        foresight: Foresight,
+        *,
+        pre_deceleration: bool = True,
     ) -> None:
         self._world = world
         self._options = options
@@ -73,7 +79,7 @@ class TwoStage:
         self._forecast = DepartureForecast(
             world, self._run_up, self._acceleration_mps2, self._brake_mps2
         )
-        self._ceiling_mps = world.profile.ceiling_mps
+        self._ceiling_mps = foresight.profile.ceiling_mps
 
     def initial(self) -> Plans:
         """

@@ -4,95 +4,117 @@ Moving block: every train may go up to its leader's rear, taken as standing.
 The end of authority is the leader's tail (or the fouling point of a turnout that is not
 granted) less a safety margin; the ceiling is the lowest line limit over the whole train,
 the braking curves to lower limits ahead included.
+
+With communication-based train control, safety buffers that grow with the distance from the
+last balise surround every train, the front counts as further on by the delay of the radio,
+and the platform section may be kept for one train at a time (Sakai et al. 2020, section 3.1).
 """
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from controllers.options import require
-from railway.arrays import FloatArray
-from railway.compiled import compiled
-from railway.profile import at
+from railway.arrays import BoolArray, FloatArray, IntArray
+from railway.buffers import Buffers
+from railway.compiled import compiled, count_up_to
+from railway.profile import at, build_profile
 from railway.state import Authority, LineState
 from railway.world import World
+
+ENTERED_M = 1.0
+"""A front this far in a platform section has entered it; one at its start may be off a bit. [m]"""
 
 
 @dataclass(frozen=True, slots=True)
 class MovingBlockOptions:
-    """Options of the moving block."""
+    """Options of the moving block; those of the buffers are off by default."""
 
     margin_m: float = 25.0
     """Safety margin between the end of authority and the obstacle. [m]"""
+    position_error_percent: float = 0.0
+    """Drift of the measured position over the distance from the last balise. [%]"""
+    position_resolution_m: float = 0.0
+    """Resolution of the measured position, at both ends of a train. [m]"""
+    communication_delay_s: float = 0.0
+    """Delay of the radio. [s]"""
+    exclusive_platform: bool = False
+    """Only one train at a time in a platform section, for trains that call there."""
 
     def __post_init__(self) -> None:
         require("margin_m", self.margin_m, 0.0, 1000.0)
+        require("position_error_percent", self.position_error_percent, 0.0, 10.0)
+        require("position_resolution_m", self.position_resolution_m, 0.0, 100.0)
+        require("communication_delay_s", self.communication_delay_s, 0.0, 10.0)
 
-
-class LineCeiling:
-    """The line ceiling of every train at the end of a step."""
-
-    def __init__(self, world: World) -> None:
-        self._row_start = world.row_start
-        self._square = 2.0 * world.profile.ceiling_m2ps2.ravel()
-        self._step_s = world.step_s
-        # Nobody is further ahead after a step than with its starting acceleration throughout.
-        steepest = -np.minimum(world.profile.drag_mps2.min(axis=1), 0.0)[world.type_index]
-        most_mps2 = world.of_type("starting_acceleration_mps2") + steepest
-        self._reach_m = 0.5 * world.step_s**2 * most_mps2
-
-    def at_step_end_mps(self, state: LineState) -> FloatArray:
+    def buffers(self, world: World) -> Buffers:
         """
-        Return the speed not to be exceeded where the train will be after the step.
+        Return the buffers on a line.
 
         Parameters
         ----------
-        state
+        world
             The line.
 
         Returns
         -------
-        FloatArray
-            Ceiling. [m/s], shape (n_trains,)
+        Buffers
+            In SI units.
         """
-        return _ceiling_mps(
-            state.front_m,
-            state.speed_mps,
-            self._row_start,
-            self._square,
-            self._reach_m,
-            self._step_s,
+        return Buffers.on(
+            world.line,
+            self.position_error_percent / 100.0,
+            self.communication_delay_s,
+            self.position_resolution_m,
         )
 
 
-@compiled
-def _ceiling_mps(
-    front_m: FloatArray,
-    speed_mps: FloatArray,
-    row_start: FloatArray,
-    square: FloatArray,
-    reach_m: FloatArray,
-    step_s: float,
-) -> FloatArray:
-    ceiling_mps = np.empty_like(speed_mps)
-    for train in range(speed_mps.size):
-        ahead_m = front_m[train] + speed_mps[train] * step_s + reach_m[train]
-        ceiling_mps[train] = math.sqrt(at(square, ahead_m + row_start[train]))
-    return ceiling_mps
+class Ahead(NamedTuple):
+    """The platform section at every train's next call; it stays until calls change."""
+
+    next_call: IntArray
+    section_m: FloatArray
+    """Start and end. [m], shape (2, n_trains)"""
 
 
 class MovingBlock:
-    """Moving block with a constant safety margin."""
+    """Moving block with a constant margin, buffers, and platform sections for one train."""
 
     def __init__(self, world: World, options: MovingBlockOptions) -> None:
-        self._ceiling = LineCeiling(world)
-        self._margin_m = options.margin_m
+        buffers = options.buffers(world)
+        self._world = world
+        self.profile = world.profile
+        if not buffers.none:
+            self.profile = build_profile(world.line, world.train_types, world.step_s, buffers)
+        self.delay_s = buffers.delay_s
+        self._delays_s = np.full(world.size, buffers.delay_s)
+        self._ceiling_square = 2.0 * self.profile.ceiling_m2ps2.ravel()
+        # Nobody is further ahead after a step than with its starting acceleration throughout.
+        steepest = -np.minimum(self.profile.drag_mps2.min(axis=1), 0.0)[world.type_index]
+        most_mps2 = world.of_type("starting_acceleration_mps2") + steepest
+        self._reach_m = 0.5 * world.step_s**2 * most_mps2
+        self._spacing = (
+            options.margin_m,
+            buffers.error_ratio,
+            buffers.resolution_m,
+            options.exclusive_platform,
+        )
+        self._corrections_m = (buffers.balise_m, buffers.buffered_at_balise_m)
 
-    def initial(self) -> None:
-        """Return the memory before the first step: none is needed."""
+    def initial(self) -> Ahead:
+        """
+        Return the memory before the first step.
 
-    def authorise(self, state: LineState, memory: None) -> tuple[Authority, None]:
+        Returns
+        -------
+        Ahead
+            Of no call.
+        """
+        return Ahead(np.zeros(0, dtype=np.intp), np.zeros((2, 0)))
+
+    def authorise(self, state: LineState, memory: Ahead) -> tuple[Authority, Ahead]:
         """
         Return the authority of every train.
 
@@ -101,12 +123,157 @@ class MovingBlock:
         state
             The line.
         memory
-            None.
+            Platform sections ahead.
 
         Returns
         -------
-        tuple[Authority, None]
-            Limits and ceilings.
+        tuple[Authority, Ahead]
+            Limits, ceilings and delays, and the next memory.
         """
-        limit_m = state.clear_to_m - self._margin_m
-        return Authority(limit_m, self._ceiling.at_step_end_mps(state)), memory
+        if state.next_call is not memory.next_call:
+            rows = np.arange(self._world.size)
+            memory = Ahead(state.next_call, self._world.platform_m[:, rows, state.next_call])
+        limit_m, ceiling_mps = _authorise(
+            state.front_m,
+            state.tail_m,
+            state.speed_mps,
+            state.present,
+            state.clear_to_m,
+            state.leader,
+            state.follows,
+            memory.section_m,
+            self._world.row_start,
+            self._ceiling_square,
+            self._reach_m,
+            self._world.step_s,
+            self._spacing,
+            *self._corrections_m,
+        )
+        return Authority(limit_m, ceiling_mps, self._delays_s), memory
+
+    def limit_behind_m(
+        self, row: int, call: int, leader: int, leader_front_m: FloatArray
+    ) -> FloatArray:
+        """
+        Return the end of authority that a train outside the platform will have.
+
+        It counts on the balises before the end of authority, which the train will have passed.
+
+        Parameters
+        ----------
+        row
+            The train.
+        call
+            Its next call.
+        leader
+            Row of its leader, which goes or stands on its way.
+        leader_front_m
+            Where the leader's front may be. [m], shape (n_places,)
+
+        Returns
+        -------
+        FloatArray
+            The front must be able to stop before this. [m], shape (n_places,)
+        """
+        start_m, end_m = self._world.platform_m[:, row, call]
+        length_m = self._world.length_m[leader]
+        return _limits_behind_m(
+            leader_front_m, length_m, (start_m, end_m), self._spacing, *self._corrections_m
+        )
+
+
+@compiled
+def _limit_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+    front_m: float,
+    entered: bool,
+    clear_to_m: float,
+    leader_tail_m: float,
+    leader_front_m: float,
+    section_m: tuple[float, float],
+    spacing: tuple[float, float, float, bool],
+    balise_m: FloatArray,
+    buffered_at_balise_m: FloatArray,
+) -> float:
+    """Return the end of authority behind an obstacle and a leader."""
+    start_m, end_m = section_m
+    margin_m, ratio, resolution_m, exclusive = spacing
+    last = count_up_to(balise_m, front_m) - 1
+    balise = max(count_up_to(balise_m, leader_front_m) - 1, 0)
+    # Sakai et al. 2020, eq. (2).
+    drift_m = ratio * max(leader_front_m - balise_m[balise], 0.0)
+    rear_m = leader_tail_m - drift_m - resolution_m
+    if exclusive and not entered and start_m < rear_m < end_m:
+        rear_m = start_m
+    place_m = min(rear_m, clear_to_m) - margin_m
+    # Eq. (3) without the delay, which the drive counts. A balise corrects nothing before the
+    # train has passed it.
+    passed = min(count_up_to(buffered_at_balise_m, place_m), max(last, 0))
+    drifted_m: float = place_m - resolution_m + ratio * balise_m[passed]
+    return drifted_m / (1.0 + ratio)
+
+
+@compiled
+def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+    front_m: FloatArray,
+    tail_m: FloatArray,
+    speed_mps: FloatArray,
+    present: BoolArray,
+    clear_to_m: FloatArray,
+    leader: IntArray,
+    follows: BoolArray,
+    section_m: FloatArray,
+    row_start: FloatArray,
+    ceiling_square: FloatArray,
+    reach_m: FloatArray,
+    step_s: float,
+    spacing: tuple[float, float, float, bool],
+    balise_m: FloatArray,
+    buffered_at_balise_m: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    limit_m, ceiling_mps = clear_to_m.copy(), np.zeros_like(speed_mps)
+    for train in range(front_m.size):
+        if not present[train]:
+            continue
+        ahead_tail_m, ahead_front_m = np.inf, 0.0
+        if follows[train]:
+            ahead_tail_m, ahead_front_m = tail_m[leader[train]], front_m[leader[train]]
+        limit_m[train] = _limit_m(
+            front_m[train],
+            front_m[train] > section_m[0, train] + ENTERED_M,
+            clear_to_m[train],
+            ahead_tail_m,
+            ahead_front_m,
+            (section_m[0, train], section_m[1, train]),
+            spacing,
+            balise_m,
+            buffered_at_balise_m,
+        )
+        ahead_m = front_m[train] + speed_mps[train] * step_s + reach_m[train]
+        ceiling_mps[train] = math.sqrt(at(ceiling_square, ahead_m + row_start[train]))
+    return limit_m, ceiling_mps
+
+
+@compiled
+def _limits_behind_m(
+    leader_front_m: FloatArray,
+    leader_length_m: float,
+    section_m: tuple[float, float],
+    spacing: tuple[float, float, float, bool],
+    balise_m: FloatArray,
+    buffered_at_balise_m: FloatArray,
+) -> FloatArray:
+    limit_m = np.empty_like(leader_front_m)
+    for place in range(leader_front_m.size):
+        front_m = leader_front_m[place]
+        limit_m[place] = _limit_m(
+            np.inf,
+            False,
+            np.inf,
+            front_m - leader_length_m,
+            front_m,
+            section_m,
+            spacing,
+            balise_m,
+            buffered_at_balise_m,
+        )
+    return limit_m

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, cast
 import controllers
 import run
 from controllers import Layer
-from controllers.protection.moving_block import MovingBlock, MovingBlockOptions
+from controllers.protection.moving_block import Ahead, MovingBlock, MovingBlockOptions
 from railway.state import Authority, LineState
 
 if TYPE_CHECKING:
@@ -19,15 +19,15 @@ HELD_S = 600.0
 class Blind(MovingBlock):
     """Sees no other train."""
 
-    def authorise(self, state: LineState, memory: None) -> tuple[Authority, None]:
+    def authorise(self, state: LineState, memory: Ahead) -> tuple[Authority, Ahead]:
         authority, memory = super().authorise(state, memory)
-        return Authority(state.front_m + FREE_WAY_M, authority.ceiling_mps), memory
+        return authority._replace(limit_m=state.front_m + FREE_WAY_M), memory
 
 
 class Stuck(MovingBlock):
     """Takes longer for its first answer than any test waits."""
 
-    def authorise(self, state: LineState, memory: None) -> tuple[Authority, None]:
+    def authorise(self, state: LineState, memory: Ahead) -> tuple[Authority, Ahead]:
         time.sleep(HELD_S)
         return super().authorise(state, memory)
 

@@ -20,8 +20,10 @@ steps = st.sampled_from([0.02, 0.1, 0.25, 0.5, 1.0])
 gaps = st.floats(0.5, 2000.0)
 
 
-def next_speed(speed_mps: float, square_m2ps2: float, loss_mps: float) -> float:
-    arrays = (np.array([value]) for value in (speed_mps, square_m2ps2, loss_mps))
+def next_speed(
+    speed_mps: float, square_m2ps2: float, loss_mps: float, lag_mps: float = 0.0
+) -> float:
+    arrays = (np.array([value]) for value in (speed_mps, square_m2ps2, loss_mps, lag_mps))
     return float(next_speed_mps(*arrays)[0])
 
 
@@ -35,15 +37,17 @@ def test_braking_distance_is_mean_speed_times_braking_time(speed: float, brake: 
     assert distance == pytest.approx(0.5 * speed * (speed / brake))
 
 
-@given(speeds, st.floats(0.0, 2000.0), brakes, steps)
+@given(speeds, st.floats(0.0, 2000.0), brakes, steps, st.floats(0.0, 3.0))
 def test_next_speed_is_the_greatest_that_keeps_the_curve(
-    speed: float, square: float, brake: float, step: float
+    speed: float, square: float, brake: float, step: float, delay: float
 ) -> None:
     loss = brake * step
-    after = next_speed(speed, square, loss)
+    after = next_speed(speed, square, loss, brake * delay)
     assert after >= 0.0
     if after > 0.0:
-        assert after**2 + loss * (speed + after) == pytest.approx(square, rel=1e-9, abs=1e-9)
+        # In metres: what it runs in the step, in the delay, and while braking.
+        used_m = 0.5 * (speed + after) * step + after * delay + 0.5 * after**2 / brake
+        assert used_m == pytest.approx(0.5 * square / brake, rel=1e-9, abs=1e-9)
     else:
         assert loss * speed >= square - 1e-9
 

@@ -45,7 +45,7 @@ def drive_once(
         arrival_s=np.array([25_200.0]),
         events=Events(),
     )
-    authority = Authority(np.array([limit_m]), np.array([ceiling_mps]))
+    authority = Authority(np.array([limit_m]), np.array([ceiling_mps]), np.zeros(1))
     advice = Advice(np.array([advised_mps]), np.array([Reason.TWO_STAGE]))
     drive = TractionDrive(world)
     command = drive.command(state, authority, advice)

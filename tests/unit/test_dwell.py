@@ -83,6 +83,15 @@ def test_resampled_delays_are_whole_seconds_as_measured() -> None:
     assert np.array_equal(drawn, np.round(drawn))
 
 
+def test_one_more_overstay_changes_no_other_call() -> None:
+    named = replace(MEASURED, overstays=(Overstay("T1", "c", 45.0),))
+    more = named.overstaying(Overstay("T1", "c", 5.0)).overstaying(Overstay("T2", "a", 7.0))
+    added = more.draw(timetable(many(3)), 5) - named.draw(timetable(many(3)), 5)
+    expected = np.zeros((3, 4))
+    expected[1, 2], expected[2, 0] = 5.0, 7.0
+    assert added == pytest.approx(expected)
+
+
 def test_an_overstay_is_added_to_what_the_train_draws_there() -> None:
     named = replace(MEASURED, cap_s=10.0, overstays=(Overstay("T1", "c", 45.0),))
     drawn = named.draw(timetable(many(3)), 5)

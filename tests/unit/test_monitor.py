@@ -42,7 +42,7 @@ class Altered:
         ceiling_mps = authority.ceiling_mps
         if self.ceiling_mps is not None:
             ceiling_mps = np.full_like(ceiling_mps, self.ceiling_mps)
-        return Authority(limit_m, ceiling_mps), memory
+        return authority._replace(limit_m=limit_m, ceiling_mps=ceiling_mps), memory
 
 
 @dataclass

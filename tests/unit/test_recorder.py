@@ -31,9 +31,10 @@ def test_every_step_is_examined_once_and_blocks_share_their_edge() -> None:
     controller, keeper, tracker = controller_of(world), Keeper(), Tracker(world)
     drive = TractionDrive(world)
     recorder = Recorder(world, drive, (keeper,))
+    memory = controller.protection.initial()
     for seen in engine.seen:
         state = tracker.update(seen)
-        authority, _ = controller.protection.authorise(state, None)
+        authority, memory = controller.protection.authorise(state, memory)
         advice, _ = controller.operation.advise(state, authority, None)
         recorder.write(state, authority, advice, drive.command(state, authority, advice))
     recorder.flush()

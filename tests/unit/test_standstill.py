@@ -25,6 +25,7 @@ def block(
         front_m=front_m[:, np.newaxis],
         speed_mps=speed_mps[:, np.newaxis],
         limit_m=np.full((steps + 1, 1), 3000.0),
+        delay_s=np.zeros((steps + 1, 1)),
         next_call=np.ones((steps + 1, 1), dtype=np.intp),
         present=flags,
         moving=flags & moving,

@@ -1,0 +1,362 @@
+"""
+Approach-point control: the shortest departure-to-arrival interval (Sakai et al. 2020).
+
+Nobody knows when the leader will depart until it does. So the follower (i) runs to the
+timetable at first; (ii) some time after the leader's booked departure it brakes, as late as it
+can, to the optimal stop, from which it can still run in best; (iii) at the leader's departure,
+whose further run is known, it runs so as to pass the approach point at the very moment when
+the way is free; (iv) and from there as fast as it may.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from controllers.operation.approach_plan import (
+    ApproachPoint,
+    Site,
+    approach_point,
+    plan_passing,
+)
+from controllers.operation.close_up import NO_CEILING_MPS, no_advice
+from controllers.options import require
+from railway.arrays import FloatArray, IntArray
+from railway.compiled import compiled, count_up_to
+from railway.control import Foresight
+from railway.kinematics import next_speed_mps
+from railway.profile import at, braking_loss_mps
+from railway.run_curve import RunCurve, fastest
+from railway.state import Advice, Authority, LineState, Reason
+from railway.way import way_on
+from railway.world import World
+
+TRACTION, OPTIMAL_STOP, APPROACH = (
+    int(Reason.TRACTION),
+    int(Reason.OPTIMAL_STOP),
+    int(Reason.APPROACH),
+)
+LOOK_AHEAD_M = 1500.0
+"""So far a leader is followed when it departs. [m]"""
+MOMENT_M = 0.1
+"""Spacing of the leader's places at which the authority behind it is asked for. [m]"""
+MISSED_M2PS2 = 1.0
+"""Twice the work of braking over half a metre. [m2/s2]"""
+
+
+@dataclass(frozen=True, slots=True)
+class ApproachPointOptions:
+    """Options of approach-point control."""
+
+    patience_s: float = 0.0
+    """How long after the leader's booked departure the timetable run goes on. [s]"""
+
+    def __post_init__(self) -> None:
+        require("patience_s", self.patience_s, -3600.0, 3600.0)
+
+
+class Plans(NamedTuple):
+    """What every train is about to do; arrays of shape (n_trains,) but the last ones."""
+
+    call: IntArray
+    """The call that the plan is for; -1 without a plan."""
+    leader: IntArray
+    """The leader that it is for."""
+    stop_m: FloatArray
+    """Brake to a stand here [m] ..."""
+    stop_from_s: FloatArray
+    """... from this time on [s] ..."""
+    run_from_s: FloatArray
+    """... until the curve is to be followed ... [s]"""
+    run_until_s: FloatArray
+    """... and until then at the latest, wherever the train is. [s]"""
+    left_call: IntArray
+    """The last call that the train has departed from; -1 before the first."""
+    left_s: FloatArray
+    """When that was. [s]"""
+    curves: tuple[RunCurve | None, ...]
+    pieces: IntArray
+    """First and last point of each curve below. shape (2, n_trains)"""
+    points: FloatArray
+    """Chainage [m], speed [m/s] and time [s] of all curves. shape (3, n_points)"""
+    begins_s: float
+    """Before this moment no plan asks for anything. [s]"""
+
+
+class Near(NamedTuple):
+    """A site and its approach point."""
+
+    site: Site
+    point: ApproachPoint
+
+
+class ApproachPointControl:
+    """Approach-point control over any protection."""
+
+    def __init__(self, world: World, options: ApproachPointOptions, foresight: Foresight) -> None:
+        self._world = world
+        self._patience_s = options.patience_s
+        self._foresight = foresight
+        self._square = 2.0 * foresight.profile.potential_m2ps2.ravel()
+        self._nothing = no_advice(world.size)
+        # What has been worked out once holds for all trains of these types at a platform.
+        self._known: dict[tuple[object, ...], Near | None] = {}
+
+    def initial(self) -> Plans:
+        """
+        Return the memory before the first step.
+
+        Returns
+        -------
+        Plans
+            No train has a plan.
+        """
+        size = self._world.size
+        return _with_curves(
+            Plans(
+                call=np.full(size, -1, dtype=np.intp),
+                leader=np.full(size, -1, dtype=np.intp),
+                stop_m=np.full(size, self._world.far_m),
+                stop_from_s=np.full(size, np.inf),
+                run_from_s=np.full(size, np.inf),
+                run_until_s=np.full(size, np.inf),
+                left_call=np.full(size, -1, dtype=np.intp),
+                left_s=np.full(size, np.nan),
+                curves=(None,) * size,
+                pieces=np.zeros((2, size), dtype=np.intp),
+                points=np.zeros((3, 0)),
+                begins_s=np.inf,
+            ),
+            {},
+        )
+
+    def advise(self, state: LineState, authority: Authority, memory: Plans) -> tuple[Advice, Plans]:
+        """
+        Return the advice for every train.
+
+        Parameters
+        ----------
+        state
+            The line.
+        authority
+            What protection permits.
+        memory
+            Plans so far.
+
+        Returns
+        -------
+        tuple[Advice, Plans]
+            Ceilings, and the next memory.
+        """
+        del authority
+        if state.events:
+            memory = self._plan(state, memory)
+        if state.time_s < memory.begins_s:
+            return self._nothing, memory
+        ceiling_mps, reason = _follow(
+            state.front_m,
+            state.speed_mps,
+            self._world.row_start,
+            self._square,
+            memory.stop_m,
+            memory.stop_from_s,
+            memory.run_from_s,
+            memory.run_until_s,
+            memory.pieces,
+            memory.points,
+            state.time_s,
+            self._world.step_s,
+        )
+        return Advice(ceiling_mps, reason), memory
+
+    def _plan(self, state: LineState, memory: Plans) -> Plans:
+        """Plan for those whom the events concern."""
+        events, follows = state.events, state.running & state.follows
+        due = follows & ((memory.call < 0) | (memory.leader != state.leader))
+        for row in events.departed:
+            due |= follows & (state.leader == row)
+        over = (memory.call >= 0) & ((memory.call != state.next_call) | ~state.running)
+        if not (events.departed or due.any() or over.any()):
+            return memory
+        memory = memory._replace(
+            call=memory.call.copy(),
+            leader=memory.leader.copy(),
+            stop_m=memory.stop_m.copy(),
+            stop_from_s=memory.stop_from_s.copy(),
+            run_from_s=memory.run_from_s.copy(),
+            run_until_s=memory.run_until_s.copy(),
+            left_call=memory.left_call.copy(),
+            left_s=memory.left_s.copy(),
+        )
+        for row in events.departed:
+            memory.left_call[row] = state.next_call[row] - 1
+            # The departure is seen one step after it began.
+            memory.left_s[row] = state.time_s - self._world.step_s
+        curves: dict[int, RunCurve | None] = {}
+        for row in np.flatnonzero(over).tolist():
+            curves[row] = None
+            self._forget(memory, row)
+            memory.call[row] = -1
+        for row in np.flatnonzero(due).tolist():
+            leader = int(state.leader[row])
+            leaders_call = self._leaders_call(state, row, leader)
+            if leaders_call is None:
+                continue
+            memory.call[row], memory.leader[row] = state.next_call[row], leader
+            curves[row] = None
+            self._forget(memory, row)
+            if memory.left_call[leader] >= leaders_call:
+                curves[row] = self._run_in(state, memory, row, leaders_call)
+            else:
+                self._stop_outside(state, memory, row, leaders_call)
+        begins_s = min(memory.stop_from_s.min(), memory.run_from_s.min())
+        memory = memory._replace(begins_s=float(begins_s))
+        return _with_curves(memory, curves) if curves else memory
+
+    def _leaders_call(self, state: LineState, row: int, leader: int) -> int | None:
+        """Return the leader's next or last call, if it is at the platform that a train runs to."""
+        world, next_call = self._world, int(state.next_call[leader])
+        track = world.call_track[row, state.next_call[row]]
+        for call in (next_call, next_call - 1):
+            if 0 <= call < world.call_count[leader]:
+                same_track = world.call_track[leader, call] == track
+                if same_track and world.stop_m[leader, call] == state.stop_m[row]:
+                    return call
+        return None
+
+    def _stop_outside(self, state: LineState, memory: Plans, row: int, leaders_call: int) -> None:
+        """Rule (ii): brake to the optimal stop some time after the booked departure."""
+        leader = int(state.leader[row])
+        near = self._near(state, row, leaders_call)
+        if near is not None:
+            booked_s = self._world.booked_departure_s[leader, leaders_call]
+            memory.stop_m[row] = near.point.optimal_stop_m
+            memory.stop_from_s[row] = booked_s + self._patience_s
+
+    def _run_in(
+        self, state: LineState, memory: Plans, row: int, leaders_call: int
+    ) -> RunCurve | None:
+        """Rule (iii): pass the approach point when the way is free."""
+        near = self._near(state, row, leaders_call)
+        if near is None:
+            return None
+        # That the way is free is seen at the end of a step.
+        step_s = self._world.step_s
+        until_s = float(memory.left_s[state.leader[row]]) + near.point.passed_s - state.time_s
+        left_s = float(np.ceil(until_s / step_s)) * step_s
+        if left_s <= 0.0:
+            return None
+        front_m, speed_mps = float(state.front_m[row]), float(state.speed_mps[row])
+        passing = plan_passing(near.site, near.point, front_m, speed_mps, left_s)
+        if passing is None:
+            return None
+        memory.stop_m[row], memory.stop_from_s[row] = passing.stop_m, -np.inf
+        memory.run_from_s[row] = state.time_s + passing.wait_s
+        memory.run_until_s[row] = memory.run_from_s[row] + passing.curve.run_time_s
+        return passing.curve
+
+    def _forget(self, memory: Plans, row: int) -> None:
+        memory.stop_m[row] = self._world.far_m
+        memory.stop_from_s[row] = memory.run_from_s[row] = np.inf
+
+    def _near(self, state: LineState, row: int, leaders_call: int) -> Near | None:
+        """Return the site of a train behind its leader, if there is an approach point."""
+        world, leader = self._world, int(state.leader[row])
+        kinds = int(world.type_index[row]), int(world.type_index[leader])
+        next_stop_m = float(world.stop_m[leader, leaders_call + 1])
+        own_call = int(state.next_call[row])
+        key = (*kinds, int(world.call_track[row, own_call]), float(state.stop_m[row]), next_stop_m)
+        if key not in self._known:
+            site = self._site(row, own_call, leader, (float(state.stop_m[row]), next_stop_m))
+            point = approach_point(site)
+            self._known[key] = None if point is None else Near(site, point)
+        return self._known[key]
+
+    def _site(self, row: int, call: int, leader: int, leaders_m: tuple[float, float]) -> Site:
+        world, profile = self._world, self._foresight.profile
+        kind, ahead = int(world.type_index[row]), int(world.type_index[leader])
+        from_m, to_m = leaders_m[0], min(leaders_m[1], leaders_m[0] + LOOK_AHEAD_M)
+        away = fastest(way_on(profile, ahead, world.train_types[ahead], (from_m, to_m)))
+        fronts_m = np.arange(from_m, to_m, MOMENT_M)
+        limits_m = self._foresight.limit_behind_m(row, call, leader, fronts_m)
+        return Site(
+            profile=profile,
+            row=kind,
+            train_type=world.train_types[kind],
+            stop_m=leaders_m[0],
+            delay_s=self._foresight.delay_s,
+            limit_m=np.maximum.accumulate(limits_m),
+            since_departure_s=np.interp(fronts_m, away.chainage_m, away.time_s),
+        )
+
+
+def _with_curves(memory: Plans, changed: dict[int, RunCurve | None]) -> Plans:
+    """Lay all curves one after the other, as the steps want them."""
+    curves = tuple(changed.get(row, curve) for row, curve in enumerate(memory.curves))
+    lengths = np.array([0 if curve is None else curve.chainage_m.size for curve in curves])
+    ends = np.cumsum(lengths)
+    columns = _columns(curves)
+    return memory._replace(curves=curves, pieces=np.array([ends - lengths, ends]), points=columns)
+
+
+def _columns(curves: Sequence[RunCurve | None]) -> FloatArray:
+    kept = [curve for curve in curves if curve is not None]
+    if not kept:
+        return np.zeros((3, 0))
+    return np.hstack([np.array([c.chainage_m, c.speed_mps, c.time_s]) for c in kept])
+
+
+@compiled
+def _follow(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+    front_m: FloatArray,
+    speed_mps: FloatArray,
+    row_start: FloatArray,
+    square: FloatArray,
+    stop_m: FloatArray,
+    stop_from_s: FloatArray,
+    run_from_s: FloatArray,
+    run_until_s: FloatArray,
+    pieces: IntArray,
+    points: FloatArray,
+    now_s: float,
+    step_s: float,
+) -> tuple[FloatArray, IntArray]:
+    ceiling_mps = np.full(front_m.size, NO_CEILING_MPS)
+    reason = np.full(front_m.size, TRACTION)
+    for train in range(front_m.size):
+        if now_s >= run_from_s[train]:
+            first, last = pieces[0, train], pieces[1, train]
+            if now_s < run_until_s[train] and front_m[train] < points[0, last - 1]:
+                along = points[:, first:last]
+                ceiling_mps[train] = _next_on_curve_mps(along, front_m[train], step_s)
+                reason[train] = APPROACH
+        elif now_s >= stop_from_s[train]:
+            speed, place = speed_mps[train], front_m[train] + row_start[train]
+            loss = braking_loss_mps(square, place, speed, step_s)
+            left = at(square, stop_m[train] + row_start[train]) - at(square, place)
+            # Who can no longer stop there goes on as far as it may.
+            if speed * speed <= left + MISSED_M2PS2:
+                ceiling_mps[train] = next_speed_mps(speed, left, loss, 0.0)
+                reason[train] = OPTIMAL_STOP
+    return ceiling_mps, reason
+
+
+@compiled
+def _next_on_curve_mps(curve: FloatArray, front_m: float, step_s: float) -> float:
+    """Return the speed that a curve has one step after the place of the front."""
+    chainage_m, speed_mps, time_s = curve
+    cell = max(count_up_to(chainage_m, front_m) - 1, 0)
+    length_m = chainage_m[cell + 1] - chainage_m[cell]
+    share = min(max((front_m - chainage_m[cell]) / length_m, 0.0), 1.0)
+    squares = speed_mps[cell] ** 2 + share * (speed_mps[cell + 1] ** 2 - speed_mps[cell] ** 2)
+    mean_mps = 0.5 * (speed_mps[cell] + np.sqrt(squares))
+    then_s = time_s[cell] + step_s
+    if share > 0.0:
+        then_s += share * length_m / mean_mps
+    while cell < time_s.size - 2 and time_s[cell + 1] < then_s:
+        cell += 1
+    lasts_s = time_s[cell + 1] - time_s[cell]
+    part = min((then_s - time_s[cell]) / lasts_s, 1.0)
+    speed: float = speed_mps[cell] + part * (speed_mps[cell + 1] - speed_mps[cell])
+    return speed

@@ -1,0 +1,372 @@
+"""
+The way of one train between two places, and the motion along it cell by cell.
+
+Cells are those of :mod:`railway.profile`, a metre long. With the kinetic energy per unit of
+mass, ``e = v^2 / 2``, the motion is ``de/dx = (F(v) - R(v)) / M - r(x)`` with traction ``F``
+between nothing and its greatest value, running resistance ``R`` and the drag ``r`` of
+gradients and curves, bounded by the line ceiling and by the brake curve into the end of the
+way. It is integrated by Heun's rule; the acceleration is constant within a cell.
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from railway.arrays import BoolArray, FloatArray, IntArray
+from railway.compiled import compiled
+from railway.profile import Profile
+from railway.rolling_stock import TrainType
+
+SPEED_SPACING_MPS = 0.01
+SPEEDING_UP, CRUISING, COASTING = 0, 1, 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Way:
+    """What a train meets between two places."""
+
+    train_type: TrainType
+    start_mps: float
+    chainage_m: FloatArray
+    """Ends of the cells. [m], shape (n_points,)"""
+    cap_m2ps2: FloatArray
+    """Greatest energy: ceiling and brake curve into the end. [m2/s2], shape (n_points,)"""
+    floor_m2ps2: FloatArray
+    """Least energy from which the speed at the end can be reached; else 0. (n_points,)"""
+    potential_m2ps2: FloatArray
+    """Brake potential. [m2/s2], shape (n_points,)"""
+    drag_mps2: FloatArray
+    """Deceleration by gradients and curves. [m/s2], shape (n_points,)"""
+    section: IntArray
+    """Section of constant limit of each cell. shape (n_points - 1,)"""
+    limit_mps: FloatArray
+    """Limit of each section. [m/s], shape (n_sections,)"""
+
+    def no_faster(self, speed_mps: float) -> "Way":
+        """
+        Return the same way under a general limit, braked down to from the start.
+
+        Parameters
+        ----------
+        speed_mps
+            The limit. [m/s]
+
+        Returns
+        -------
+        Way
+            The way.
+        """
+        braked = 0.5 * self.start_mps**2 + self.potential_m2ps2[0] - self.potential_m2ps2
+        cap = np.minimum(self.cap_m2ps2, np.maximum(0.5 * speed_mps**2, braked))
+        return replace(
+            self,
+            cap_m2ps2=np.maximum(cap, self.floor_m2ps2),
+            limit_mps=np.minimum(self.limit_mps, speed_mps),
+        )
+
+
+class Driving(NamedTuple):
+    """How a train drives through the sections of a way; arrays of shape (n_sections,)."""
+
+    target_mps: FloatArray
+    """Speed up to this, and coast from it in the end. [m/s]"""
+    cruise_m: FloatArray
+    """Hold the target speed so far before coasting. [m]"""
+    through: BoolArray
+    """Coast all the way, from whatever speed the section is entered at."""
+
+    @classmethod
+    def fastest(cls, way: Way) -> "Driving":
+        """
+        Return how to drive fastest.
+
+        Parameters
+        ----------
+        way
+            The way.
+
+        Returns
+        -------
+        Driving
+            Cruise at every limit as far as it goes.
+        """
+        sections = way.limit_mps.size
+        return cls(way.limit_mps, np.full(sections, np.inf), np.zeros(sections, dtype=np.bool_))
+
+
+class Trace(NamedTuple):
+    """What came of a drive."""
+
+    energy_m2ps2: FloatArray
+    """Half the square of the speed. [m2/s2], shape (n_points,)"""
+    work_m2ps2: FloatArray
+    """Work of traction per unit of inertial mass in each cell. shape (n_points - 1,)"""
+    run_time_s: float
+    """Infinite if the train came to a stand on the way. [s]"""
+    entry_mps: FloatArray
+    """Speed at the start of each section. [m/s], shape (n_sections,)"""
+    peak_mps: FloatArray
+    """Speed up to which it sped up in each section; 0 if it did not. (n_sections,)"""
+    cruised_m: FloatArray
+    """How far it cruised in each section. [m], shape (n_sections,)"""
+
+
+def way_on(
+    profile: Profile,
+    row: int,
+    train_type: TrainType,
+    ends_m: tuple[float, float],
+    speeds_mps: tuple[float, float] = (0.0, 0.0),
+    *,
+    ceiling_m2ps2: FloatArray | None = None,
+    also_m: float | None = None,
+) -> Way:
+    """
+    Cut a way out of a line.
+
+    Parameters
+    ----------
+    profile
+        The line.
+    row
+        Row of the train's type in it.
+    train_type
+        The train.
+    ends_m
+        Where the front starts and ends. [m]
+    speeds_mps
+        Its speed there; that at the end is not to be exceeded. [m/s]
+    ceiling_m2ps2
+        A further bound on half the square of the speed, on the grid of the profile.
+        [m2/s2], shape (n_grid,)
+    also_m
+        Where else a cell is to end, for a train that may come near a stand there. [m]
+
+    Returns
+    -------
+    Way
+        The way.
+
+    Raises
+    ------
+    ValueError
+        If the end is not ahead of the start, or beyond the tables.
+    """
+    start_m, end_m = ends_m
+    if not profile.origin_m <= start_m < end_m <= profile.end_m:
+        message = (
+            f"stop_m must be above start_m = {start_m:g} and within {profile.origin_m:g} "
+            f"to {profile.end_m:g}, is {end_m:g}"
+        )
+        raise ValueError(message)
+    first = int(np.floor(start_m - profile.origin_m)) + 1
+    last = int(np.ceil(end_m - profile.origin_m))
+    chainage_m = np.concatenate([[start_m], profile.grid_m[first:last], [end_m]])
+    if also_m is not None and start_m < also_m < end_m:
+        chainage_m = np.union1d(chainage_m, also_m)
+    places = chainage_m - profile.origin_m
+    cell = np.minimum(places.astype(np.intp), profile.grid_m.size - 2)
+    part = places - cell
+
+    def along(table: FloatArray) -> FloatArray:
+        values: FloatArray = table[cell] + part * (table[cell + 1] - table[cell])
+        return values
+
+    potential = along(profile.potential_m2ps2[row])
+    into_end = 0.5 * speeds_mps[1] ** 2 + potential[-1] - potential
+    cap = np.minimum(along(profile.ceiling_m2ps2[row]), into_end)
+    if ceiling_m2ps2 is not None:
+        cap = np.minimum(cap, along(ceiling_m2ps2))
+    # The limit over a cell is the higher one of its ends: where it changes, the cap decides.
+    limits_mps = profile.limit_mps[row]
+    cell_mps = np.maximum(limits_mps[cell[:-1]], limits_mps[cell[:-1] + 1])
+    changes = np.flatnonzero(np.diff(cell_mps) != 0.0) + 1
+    section = np.zeros(cell_mps.size, dtype=np.intp)
+    section[changes] = 1
+    return Way(
+        train_type=train_type,
+        start_mps=speeds_mps[0],
+        chainage_m=chainage_m,
+        cap_m2ps2=np.maximum(cap, 0.0),
+        floor_m2ps2=np.zeros(chainage_m.size),
+        potential_m2ps2=potential,
+        drag_mps2=along(profile.drag_mps2[row]),
+        section=np.cumsum(section),
+        limit_mps=cell_mps[np.concatenate([[0], changes])],
+    )
+
+
+def reaching_the_end(way: Way) -> tuple[Way, float]:
+    """
+    Return the same way with a floor: full acceleration that just reaches the end's speed.
+
+    Parameters
+    ----------
+    way
+        The way.
+
+    Returns
+    -------
+    tuple[Way, float]
+        The way, and where on it such an acceleration begins from rest; its start if it
+        would begin before. [m]
+    """
+    pull, _ = accelerations(way.train_type)
+    floor, from_m = _accelerate_back(way.chainage_m, float(way.cap_m2ps2[-1]), way.drag_mps2, pull)
+    return replace(way, floor_m2ps2=np.minimum(floor, way.cap_m2ps2)), from_m
+
+
+def trace(way: Way, drive: Driving) -> Trace:
+    """
+    Driving along a way.
+
+    Parameters
+    ----------
+    way
+        The way.
+    drive
+        How.
+
+    Returns
+    -------
+    Trace
+        What comes of it.
+    """
+    pull, coast = accelerations(way.train_type)
+    return Trace(
+        *_drive(
+            way.chainage_m,
+            way.cap_m2ps2,
+            way.floor_m2ps2,
+            way.drag_mps2,
+            way.section,
+            drive.target_mps,
+            drive.cruise_m,
+            drive.through,
+            0.5 * way.start_mps**2,
+            pull,
+            coast,
+        )
+    )
+
+
+@lru_cache(maxsize=64)
+def accelerations(train_type: TrainType) -> tuple[FloatArray, FloatArray]:
+    """
+    Tabulate the acceleration with full traction and without any, on the level.
+
+    Parameters
+    ----------
+    train_type
+        The train.
+
+    Returns
+    -------
+    tuple[FloatArray, FloatArray]
+        At multiples of ``SPEED_SPACING_MPS``. [m/s2], shape (n_speeds,)
+    """
+    speeds = np.arange(0.0, 1.5 * train_type.maximum_speed_mps + 1.0, SPEED_SPACING_MPS)
+    coast = -train_type.resistance.force_n(speeds) / train_type.inertial_mass_kg
+    return train_type.level_acceleration_mps2(speeds), coast
+
+
+@compiled
+def _gain(table: FloatArray, energy: float, step_m: float, drag: float, drag_ahead: float) -> float:
+    """Return the energy gained over a step by Heun's rule."""
+    slope = _look_up(table, energy) - drag
+    ahead = max(energy + step_m * slope, 0.0)
+    return 0.5 * step_m * (slope + _look_up(table, ahead) - drag_ahead)
+
+
+@compiled
+def _look_up(table: FloatArray, energy: float) -> float:
+    place = np.sqrt(2.0 * energy) / SPEED_SPACING_MPS
+    index = min(int(place), table.size - 2)
+    value: float = table[index] + (place - index) * (table[index + 1] - table[index])
+    return value
+
+
+@compiled
+def _accelerate_back(
+    chainage_m: FloatArray, end_energy: float, drag: FloatArray, pull: FloatArray
+) -> tuple[FloatArray, float]:
+    floor = np.zeros(chainage_m.size)
+    floor[-1] = end_energy
+    for cell in range(chainage_m.size - 2, -1, -1):
+        ahead = floor[cell + 1]
+        step_m = chainage_m[cell + 1] - chainage_m[cell]
+        slope_ahead = _look_up(pull, ahead) - drag[cell + 1]
+        guess = max(ahead - step_m * slope_ahead, 0.0)
+        slope = 0.5 * (slope_ahead + _look_up(pull, guess) - drag[cell])
+        floor[cell] = ahead - step_m * slope
+        if floor[cell] <= 0.0:
+            floor[cell] = 0.0
+            return floor, chainage_m[cell + 1] - ahead / slope
+    return floor, chainage_m[0]
+
+
+@compiled
+def _drive(  # noqa: C901, PLR0913, PLR0917 - compiled functions take plain arrays
+    chainage_m: FloatArray,
+    cap: FloatArray,
+    floor: FloatArray,
+    drag: FloatArray,
+    section: IntArray,
+    target_mps: FloatArray,
+    cruise_m: FloatArray,
+    through: BoolArray,
+    start_energy: float,
+    pull: FloatArray,
+    coast: FloatArray,
+) -> tuple[FloatArray, FloatArray, float, FloatArray, FloatArray, FloatArray]:
+    points, sections = chainage_m.size, target_mps.size
+    energies, works = np.empty(points), np.empty(points - 1)
+    entry, peak, cruised = np.zeros(sections), np.zeros(sections), np.zeros(sections)
+    energies[0] = energy = start_energy
+    now, mode, left_m, target, time_s = -1, SPEEDING_UP, 0.0, 0.0, 0.0
+    for cell in range(points - 1):
+        place, step_m = section[cell], chainage_m[cell + 1] - chainage_m[cell]
+        here, there = drag[cell], drag[cell + 1]
+        if place != now:
+            now = place
+            entry[now] = np.sqrt(2.0 * energy)
+            mode = COASTING if through[now] else SPEEDING_UP
+            left_m = cruise_m[now]
+            target = 0.5 * target_mps[now] * target_mps[now]
+        ahead, rest_m = energy, step_m
+        if mode == SPEEDING_UP:
+            gain = _gain(pull, energy, step_m, here, there)
+            if energy + gain < target:
+                ahead, rest_m = energy + gain, 0.0
+            else:
+                mode = CRUISING
+                if energy < target:
+                    ahead, rest_m = target, step_m * (1.0 - (target - energy) / gain)
+            if energy < target:
+                reached = np.sqrt(2.0 * max(min(ahead, cap[cell + 1]), 0.0))
+                peak[now] = max(peak[now], reached)
+        if mode == CRUISING:
+            run_m = min(rest_m, left_m)
+            held = ahead + _gain(pull, ahead, run_m, here, there)
+            ahead = min(held, max(target, ahead))
+            cruised[now] += run_m
+            left_m -= run_m
+            rest_m -= run_m
+            if left_m <= 0.0:
+                mode = COASTING
+        if mode == COASTING:
+            ahead += _gain(coast, ahead, rest_m, here, there)
+        ahead = max(min(ahead, cap[cell + 1]), floor[cell + 1], 0.0)
+        without = energy + _gain(coast, energy, step_m, here, there)
+        works[cell] = max(ahead - without, 0.0)
+        both_mps = np.sqrt(2.0 * energy) + np.sqrt(2.0 * ahead)
+        if both_mps <= 0.0 or (ahead <= 0.0 and cell < points - 2):
+            time_s = np.inf
+            energies[cell + 1 :] = 0.0
+            works[cell:] = 0.0
+            break
+        time_s += 2.0 * step_m / both_mps
+        energies[cell + 1] = energy = ahead
+    return energies, works, time_s, entry, peak, cruised
