@@ -22,12 +22,14 @@ from rich.text import Text
 
 import controllers
 import study
-from analysis import comparison, comparison_texts
+from analysis import comparison, comparison_texts, sweep_texts
 from scenarios import ScenarioError
 
 EXIT_BAD_INPUT = 2
 EXIT_VIOLATION = 3
 EXIT_INTERRUPTED = 130
+SIDE_BY_SIDE = 4
+"""Controllers in one table, the baseline first; more do not fit on a screen."""
 SHOWN_SENTENCES = 10
 """So that the first ones stay on the screen."""
 STEP_RANGE_S = (0.01, 0.5)
@@ -128,6 +130,8 @@ def main(  # noqa: PLR0913, PLR0917 - one argument per option of the command lin
     except controllers.ControllerError as error:
         place = "" if error.where.startswith("--") else f"{MAIN_FILE}: "
         _complain(f"{scenario} cannot be run", [f"{place}{error}"])
+    except study.StudyError as error:
+        _complain(f"{scenario} cannot be run", [str(error)])
     except OSError as error:
         told = f"{error.filename or out}: {error.strerror}" if error.strerror else str(error)
         _complain(f"{scenario} cannot be run", [told])
@@ -147,7 +151,9 @@ def _run(chosen: study.Study, out: Path) -> study.StudyResult:
         TimeElapsedColumn(),
         console=console,
     ) as bars:
-        seeds = len(chosen.seeds)
+        # Of each controller.
+        runs = len(chosen.tasks) // len(chosen.specs)
+        many = f", {runs} {'delays' if chosen.scenario.sweep else 'seeds'}" if runs > 1 else ""
         # A bar per controller: one per run would not fit on a screen.
         bar_of: dict[str, TaskID] = {}
         done: dict[study.Task, float] = {}
@@ -155,9 +161,9 @@ def _run(chosen: study.Study, out: Path) -> study.StudyResult:
         def show(task: study.Task, done_s: float, expected_s: float) -> None:
             name, done[task] = task.controller, done_s
             if name not in bar_of:
-                bar_of[name] = bars.add_task(name if seeds == 1 else f"{name}, {seeds} seeds")
+                bar_of[name] = bars.add_task(f"{name}{many}")
             together_s = sum(s for other, s in done.items() if other.controller == name)
-            total_s = max(together_s, seeds * expected_s)
+            total_s = max(together_s, runs * expected_s)
             bars.update(bar_of[name], completed=together_s, total=total_s)
 
         return study.run_study(chosen, out, show)
@@ -178,26 +184,40 @@ def _list(sentences: list[str]) -> None:
 
 def _report(result: study.StudyResult) -> None:
     if result.summary is not None:
-        header, rows = comparison_texts(comparison(result.summary))
-        if header[2:]:
-            answers.print(f"In brackets: change against {escape(header[1])}")
-        table = Table(*map(escape, header))
-        for column in table.columns[1:]:
-            column.justify, column.overflow = "right", "fold"
-        for row in rows:
-            table.add_row(*map(escape, row))
-        answers.print(table)
+        if result.sweep:
+            header, rows = sweep_texts(result.sweep.indicators)
+            _show_table(header, *rows)
+            if result.sweep.published:
+                source = escape(result.sweep.published.source)
+                answers.print(f"Published: {source}", soft_wrap=True)
+        else:
+            header, rows = comparison_texts(comparison(result.summary))
+            if header[2:]:
+                answers.print(f"In brackets: change against {escape(header[1])}")
+            for first in range(2, max(len(header), 3), SIDE_BY_SIDE - 1):
+                kept = [0, 1, *range(first, min(first + SIDE_BY_SIDE - 1, len(header)))]
+                _show_table(*([line[column] for column in kept] for line in (header, *rows)))
         answers.print(f"Results: {result.folder}", soft_wrap=True)
     if result.violations:
         console.print(f"[bold red]{len(result.violations)} safety violations[/]")
         _list(result.violations)
     if result.interrupted:
-        kept = "what was finished is kept" if result.outcomes else "no run was finished"
-        console.print(f"Interrupted: {kept}.")
+        told = "what was finished is kept" if result.outcomes else "no run was finished"
+        console.print(f"Interrupted: {told}.")
     if result.violations:
         raise typer.Exit(EXIT_VIOLATION)
     if result.interrupted:
         raise typer.Exit(EXIT_INTERRUPTED)
+
+
+def _show_table(header: list[str], *rows: list[str]) -> None:
+    # Names with spaces wrap where a reader expects it.
+    table = Table(*(escape(name.replace("_", " ")) for name in header))
+    for column in table.columns[1:]:
+        column.justify, column.overflow = "right", "fold"
+    for row in rows:
+        table.add_row(*map(escape, row))
+    answers.print(table)
 
 
 def end_as_by_ctrl_c() -> None:

@@ -1,18 +1,15 @@
 """
-A study: every controller and seed of a scenario, run, written and compared.
+A study: every controller, seed and swept delay of a scenario, run, written and compared.
 
 This is the one place where the rooms meet: files -> scenario -> SUMO -> loop -> tables.
 ``run.py`` gives it a command line; scripts and notebooks may call :func:`run_study`.
 """
 
-import os
-import platform
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,13 +17,17 @@ import pandas as pd
 
 import controllers
 from analysis import (
+    PUBLISHED_FILES,
+    SweepTables,
     is_results_folder,
     publish,
     read_run,
     run_folder,
     run_tables,
+    shown_delays_s,
     write_run,
 )
+from provenance import provenance_of
 from railway.loop import simulate
 from railway.records import RunRecord
 from railway.scenario import ControllerSpec, Scenario
@@ -36,7 +37,9 @@ from sumo_net.build import build
 from sumo_net.engine import SumoEngine
 from workers import in_processes
 
-VERSIONED = ("eclipse-sumo", "libsumo", "numpy", "pandas", "scipy")
+
+class StudyError(ValueError):
+    """What of a scenario cannot be run: the option, what is wrong, what is allowed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,17 +53,40 @@ class Study:
     jobs: int = 1
     gui: bool = False
 
+    def __post_init__(self) -> None:
+        if self.scenario.sweep and len(self.seeds) > 1:
+            msg = f"--seeds: {len(self.seeds)} seeds of a scenario with a sweep; allowed: 1"
+            raise StudyError(msg)
+
+    @property
+    def delays_s(self) -> tuple[float | None, ...]:
+        """Initial delays of the sweep; a single None without one. [s]"""
+        sweep = self.scenario.sweep
+        return sweep.delays_s if sweep else (None,)
+
     @property
     def tasks(self) -> tuple["Task", ...]:
-        """Controllers in order, seeds in order."""
-        return tuple(Task(spec.name, seed) for spec in self.specs for seed in self.seeds)
+        """Controllers in order, then seeds, then initial delays."""
+        return tuple(
+            Task(spec.name, seed, delay_s)
+            for spec in self.specs
+            for seed in self.seeds
+            for delay_s in self.delays_s
+        )
 
 
 class Task(NamedTuple):
-    """One run: one controller meets one seed."""
+    """One run: one controller meets one seed and one delay of a sweep."""
 
     controller: str
     seed: int
+    initial_delay_s: float | None = None
+    """None without a sweep. [s]"""
+
+    def __str__(self) -> str:
+        delay_s = self.initial_delay_s
+        swept = "" if delay_s is None else f", initial delay {delay_s:.1f} s"
+        return f"{self.controller} (seed {self.seed}{swept})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +105,7 @@ class StudyResult:
 
     folder: Path
     summary: pd.DataFrame | None = None
+    sweep: SweepTables | None = None
     outcomes: list[Outcome] = field(default_factory=list)
     interrupted: bool = False
 
@@ -86,7 +113,7 @@ class StudyResult:
     def violations(self) -> list[str]:
         """Sentences about every violation, run by run."""
         return [
-            f"{outcome.task.controller} (seed {outcome.task.seed}): {sentence}"
+            f"{outcome.task}: {sentence}"
             for outcome in self.outcomes
             for sentence in outcome.violations
         ]
@@ -222,10 +249,10 @@ def run_study(study: Study, out: Path, progress: Progress = lambda *_: None) -> 
         wall_s = time.perf_counter() - started
         if result.outcomes:
             try:
-                result.summary = _publish(study, result, work, wall_s)
+                _publish(study, result, work, wall_s)
             except KeyboardInterrupt:
                 result.interrupted = True
-                result.summary = _publish(study, result, work, wall_s)
+                _publish(study, result, work, wall_s)
             _put_in_place(work, target, Path(place) / "earlier")
     return result
 
@@ -237,17 +264,22 @@ def _accept(folder: Path, unfinished: Path, work: Path) -> None:
     folder.replace(accepted)
 
 
-def _publish(study: Study, result: StudyResult, work: Path, wall_s: float) -> pd.DataFrame:
+def _publish(study: Study, result: StudyResult, work: Path, wall_s: float) -> None:
+    # Without a sweep the tables say that no train was delayed.
+    ran = [(outcome.task, outcome.task.initial_delay_s or 0.0) for outcome in result.outcomes]
+    drawn_s = shown_delays_s([(task.controller, delay_s) for task, delay_s in ran])
     runs = [
         read_run(
-            _folder_of(study, outcome.task, work),
-            *outcome.task,
-            trajectory=outcome.task.seed == study.seeds[0],
+            _folder_of(study, task, work),
+            task.controller,
+            task.seed,
+            delay_s,
+            trajectory=task.seed == study.seeds[0] and delay_s in drawn_s,
         )
-        for outcome in result.outcomes
+        for task, delay_s in ran
     ]
-    scenario = study.scenario
-    return publish(work, scenario.title, scenario.line, runs, _provenance(study, result, wall_s))
+    provenance = provenance_of(study, result, wall_s)
+    result.summary, result.sweep = publish(work, study.scenario, runs, provenance)
 
 
 def _put_in_place(work: Path, target: Path, aside: Path) -> None:
@@ -257,12 +289,13 @@ def _put_in_place(work: Path, target: Path, aside: Path) -> None:
     work.replace(target)
     if aside.exists():
         for item in aside.iterdir():
-            if not (target / item.name).exists() and not _is_run(item):
+            if not (target / item.name).exists() and not _is_ours(item):
                 item.replace(target / item.name)
 
 
-def _is_run(folder: Path) -> bool:
-    return any(folder.glob("calls.csv")) or any(folder.glob("seed_*/calls.csv"))
+def _is_ours(item: Path) -> bool:
+    places = ("calls.csv", "seed_*/calls.csv", "delay_*/calls.csv")
+    return item.name in PUBLISHED_FILES or any(any(item.glob(place)) for place in places)
 
 
 def _folder_of(study: Study, task: Task, work: Path) -> Path:
@@ -272,9 +305,8 @@ def _folder_of(study: Study, task: Task, work: Path) -> Path:
 def _perform(study: Study, work: Path, task: Task, progress: Callable[[float], None]) -> Outcome:
     started = time.perf_counter()
     spec = next(spec for spec in study.specs if spec.name == task.controller)
-    record = run_once(
-        study.scenario, spec, task.seed, study.step_s, gui=study.gui, progress=progress
-    )
+    scenario = study.scenario.with_initial_delay(task.initial_delay_s)
+    record = run_once(scenario, spec, task.seed, study.step_s, gui=study.gui, progress=progress)
     write_run(run_tables(record), _folder_of(study, task, work))
     return Outcome(
         task,
@@ -301,40 +333,6 @@ def _outcomes(study: Study, work: Path, progress: Progress) -> Iterator[Outcome]
 def _expected_span_s(scenario: Scenario) -> tuple[float, float]:
     calls = [call for service in scenario.timetable.services for call in service.calls]
     return min(call.arrival_s for call in calls), max(call.departure_s for call in calls)
-
-
-def _provenance(study: Study, result: StudyResult, wall_s: float) -> Mapping[str, Any]:
-    scenario = study.scenario
-    return {
-        "scenario": scenario.name,
-        "scenario_sha256": scenario.digest,
-        "seeds": list(study.seeds),
-        "step_s": study.step_s,
-        "interrupted": result.interrupted,
-        "controllers": {
-            spec.name: {
-                "protection": spec.protection,
-                "operation": spec.operation,
-                "options": controllers.options_of(spec),
-            }
-            for spec in study.specs
-        },
-        "versions": {
-            "kankaku": version("kankaku"),
-            "python": platform.python_version(),
-            **{name: version(name) for name in VERSIONED},
-        },
-        "processors": os.cpu_count(),
-        "wall_s": round(wall_s, 3),
-        "runs": [
-            {
-                **outcome.task._asdict(),
-                "train_steps": outcome.train_steps,
-                "wall_s": round(outcome.wall_s, 3),
-            }
-            for outcome in result.outcomes
-        ],
-    }
 
 
 def choose(
@@ -378,6 +376,8 @@ def choose(
         If the files cannot be used.
     ControllerError
         If a name is not a controller of the scenario.
+    StudyError
+        If a sweep is to run with several seeds.
     """
     scenario = load(folder)
     known = {spec.name: spec for spec in scenario.controllers}

@@ -1,4 +1,4 @@
-"""Every controller against the first: means over seeds and paired differences."""
+"""Every controller against the first: means over runs and paired differences."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -16,8 +16,8 @@ COMPARISON = (
     Column("controller", "str", "", "name of the controller"),
     Column("indicator", "str", "", "column of the table summary"),
     Column("unit", "str", "", "unit of the indicator"),
-    Column("seeds", "int64", "", "seeds that both controllers ran"),
-    Column("mean", "float64", "as unit", "mean over seeds"),
+    Column("pairs", "int64", "", "runs of both controllers with equal seed and initial delay"),
+    Column("mean", "float64", "as unit", "mean over runs"),
     Column("difference", "float64", "as unit", "mean of the paired differences to the baseline"),
     Column("confidence_95", "float64", "as unit", "half width of its 95 % confidence interval"),
     Column("change_pct", "float64", "%", "difference over the baseline's mean"),
@@ -43,8 +43,9 @@ def comparison(
     """
     Compare every controller with the first one of the summary.
 
-    Seeds are paired: both controllers met the same dwell delays, so the differences vary
-    much less than the values. The interval is Student's for the mean of the differences.
+    Runs are paired by seed and initial delay: both controllers met the same dwell delays, so
+    the differences vary much less than the values. The interval is Student's for the mean of
+    the differences; over the delays of a sweep, which are no sample, it means nothing.
 
     Parameters
     ----------
@@ -57,7 +58,7 @@ def comparison(
     -------
     pd.DataFrame
         Columns ``COMPARISON``, one row per controller and indicator. ``confidence_95`` is
-        nan for a single seed, ``change_pct`` nan where the baseline's mean is 0; the
+        nan for a single pair, ``change_pct`` nan where the baseline's mean is 0; the
         baseline itself differs by 0.
     """
     return rows_frame(_rows(summary, indicators), COMPARISON)
@@ -65,11 +66,11 @@ def comparison(
 
 def _rows(summary: pd.DataFrame, indicators: Sequence[str]) -> Iterator[dict[str, object]]:
     units = {column.name: column.unit for column in SUMMARY}
-    by_seed = summary.set_index("seed")
+    by_delays = summary.set_index(["seed", "initial_delay_s"])
     controllers = list(dict.fromkeys(summary["controller"]))
     for controller in controllers:
-        own = by_seed[by_seed["controller"] == controller]
-        baseline = by_seed[by_seed["controller"] == controllers[0]]
+        own = by_delays[by_delays["controller"] == controller]
+        baseline = by_delays[by_delays["controller"] == controllers[0]]
         shared = own.index.intersection(baseline.index)
         for indicator in indicators:
             values = own.loc[shared, indicator].to_numpy(dtype=np.float64)
@@ -81,7 +82,7 @@ def _rows(summary: pd.DataFrame, indicators: Sequence[str]) -> Iterator[dict[str
                 "controller": controller,
                 "indicator": indicator,
                 "unit": units[indicator],
-                "seeds": len(shared),
+                "pairs": len(shared),
                 "mean": float(own[indicator].mean()),
                 "difference": difference,
                 "confidence_95": half_width(differences),

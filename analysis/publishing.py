@@ -3,30 +3,61 @@
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pandas as pd
+from matplotlib.figure import Figure
 
 from analysis.figures import write_figure
+from analysis.interval_diagram import interval_figure
 from analysis.report import report_text
-from analysis.results import COLUMNS, STATIONS, columns_frame, stations_frame
+from analysis.results import (
+    COLUMNS,
+    STATIONS,
+    WRITTEN_TABLES,
+    columns_frame,
+    stations_frame,
+)
 from analysis.schema import csv_text, write_whole
+from analysis.speed_distance import follower_panels, speed_distance_figure
 from analysis.summary import SUMMARY, summary_frame
+from analysis.sweep import SWEPT_TABLES, SweepTables, shown_delays_s, sweep_tables
 from analysis.tables import RunTables
 from analysis.time_distance import time_distance_figure
 from analysis.zoom import worst_moment, zoom_figure
-from railway.line import Line
+from railway.scenario import Scenario
+
+FIGURES = ("intervals", "speed_distance", "time_distance", "zoom")
+PUBLISHED_FILES = frozenset(
+    {
+        *("summary.csv", "stations.csv", "columns.csv", "provenance.json", "report.md"),
+        *(f"{table}.csv" for table in SWEPT_TABLES),
+        *(f"{name}.{kind}" for name in FIGURES for kind in ("png", "svg")),
+    }
+)
+"""Every file that :func:`publish` may write."""
+
+
+class Findings(NamedTuple):
+    """What all runs together show."""
+
+    summary: pd.DataFrame
+    """The table ``summary``."""
+    sweep: SweepTables | None
+    """The tables of a sweep; None without one."""
 
 
 def publish(
     folder: Path,
-    title: str,
-    line: Line,
+    scenario: Scenario,
     runs: Sequence[RunTables],
     provenance: Mapping[str, Any],
-) -> pd.DataFrame:
+) -> Findings:
     """
     Write summary, stations, columns, provenance, figures and report.
+
+    A sweep has two tables and two figures of its own; the other figures and the report show
+    the greatest initial delay.
 
     The raw tables are written before, run by run, with :func:`analysis.tables.write_run`.
 
@@ -34,20 +65,19 @@ def publish(
     ----------
     folder
         Results folder; made if missing.
-    title
-        Title of the scenario.
-    line
-        The line.
+    scenario
+        What was run: its title, line, sweep and published results.
     runs
         All finished runs, baseline first. Figures and report show those of the first run's
-        seed; only they need their trajectories.
+        seed with the initial delays that :func:`analysis.sweep.shown_delays_s` chooses; only
+        they need their trajectories.
     provenance
         What was run; anything that JSON can hold.
 
     Returns
     -------
-    pd.DataFrame
-        The table ``summary``.
+    Findings
+        The tables that were written.
 
     Raises
     ------
@@ -58,21 +88,56 @@ def publish(
         msg = "nothing to publish: no run was finished"
         raise ValueError(msg)
     folder.mkdir(parents=True, exist_ok=True)
-    summary, stations = summary_frame(runs), stations_frame(line)
-    shown = [run for run in runs if run.seed == runs[0].seed]
-    write_whole(folder / "columns.csv", csv_text(columns_frame(), COLUMNS))
-    write_whole(folder / "stations.csv", csv_text(stations, STATIONS))
-    write_whole(folder / "provenance.json", _json(provenance))
-    figures = {"time_distance": time_distance_figure(shown, stations, title=title)}
-    if worst_moment(shown[0]) is not None:
-        figures["zoom"] = zoom_figure(shown, stations)
+    findings = Findings(
+        summary_frame(runs),
+        sweep_tables(scenario.sweep, scenario.published, runs) if scenario.sweep else None,
+    )
+    stations = stations_frame(scenario.line)
+    explained = {**WRITTEN_TABLES, **SWEPT_TABLES} if findings.sweep else WRITTEN_TABLES
+    drawn_s = shown_delays_s([(run.controller, run.initial_delay_s) for run in runs])
+    drawn = [run for run in runs if run.seed == runs[0].seed and run.initial_delay_s in drawn_s]
+    shown = [run for run in drawn if run.initial_delay_s == drawn_s[-1]]
+    figures = _figures(scenario, findings.sweep, drawn, shown, stations)
     for name, figure in figures.items():
         write_figure(figure, folder / name)
     images = [f"{name}.png" for name in figures]
-    write_whole(folder / "report.md", report_text(title, shown, summary, provenance, images))
+    report = report_text(
+        scenario.title, shown, findings.summary, provenance, images, swept=findings.sweep
+    )
+    write_whole(folder / "report.md", report)
+    write_whole(folder / "columns.csv", csv_text(columns_frame(explained), COLUMNS))
+    write_whole(folder / "stations.csv", csv_text(stations, STATIONS))
+    write_whole(folder / "provenance.json", _json(provenance))
+    if findings.sweep:
+        for name, frame in findings.sweep.frames.items():
+            write_whole(folder / f"{name}.csv", csv_text(frame, SWEPT_TABLES[name]))
     # Last, because a folder counts as results once it has a summary.
-    write_whole(folder / "summary.csv", csv_text(summary, SUMMARY))
-    return summary
+    write_whole(folder / "summary.csv", csv_text(findings.summary, SUMMARY))
+    return findings
+
+
+def _figures(
+    scenario: Scenario,
+    swept: SweepTables | None,
+    drawn: Sequence[RunTables],
+    shown: Sequence[RunTables],
+    stations: pd.DataFrame,
+) -> dict[str, Figure]:
+    """Return the figures by name; the first two show the drawn runs, the others those shown."""
+    figures, title = {}, scenario.title
+    if swept:
+        figures["intervals"] = interval_figure(swept, stations)
+        place = scenario.line.station_by_id[swept.sweep.station].name
+        figures["speed_distance"] = speed_distance_figure(
+            follower_panels(drawn, swept.sweep, scenario.line),
+            title=f"The train behind {swept.sweep.train}, on its way to {place}",
+            legend="initial delay",
+        )
+        title += f"; initial delay {shown[0].initial_delay_s:g} s"
+    figures["time_distance"] = time_distance_figure(shown, stations, title=title)
+    if worst_moment(shown[0]) is not None:
+        figures["zoom"] = zoom_figure(shown, stations)
+    return figures
 
 
 def _json(provenance: Mapping[str, Any]) -> str:

@@ -9,6 +9,7 @@ from analysis.compare import INDICATORS, comparison, comparison_texts
 from analysis.figures import label_of
 from analysis.schema import rows_of
 from analysis.summary import SUMMARY
+from analysis.sweep import SWEEP_INDICATORS, SweepTables, sweep_texts
 from analysis.tables import DWELLING, REASONS, RunTables
 
 REASON_TEXTS: Mapping[str, str] = {
@@ -53,6 +54,8 @@ def report_text(
     summary: pd.DataFrame,
     provenance: Mapping[str, Any],
     figures: Iterable[str],
+    *,
+    swept: SweepTables | None = None,
 ) -> str:
     """
     Return the report.
@@ -64,11 +67,13 @@ def report_text(
     runs
         One run per controller, baseline first, for the reasons.
     summary
-        The table ``summary`` of all seeds.
+        The table ``summary`` of all seeds and initial delays.
     provenance
         What was run, by key.
     figures
         File names of the figures beside the report.
+    swept
+        What a sweep shows, in place of the comparison; None without a sweep.
 
     Returns
     -------
@@ -78,11 +83,11 @@ def report_text(
     sections = (
         [f"# {title}"],
         _what_was_run(summary, provenance),
-        _safety(summary),
-        _compared(summary),
+        _safety(summary, swept=swept is not None),
+        _swept(swept) if swept else _compared(summary),
         _reasons(runs),
         [f"![{label_of(name.rpartition('.')[0])}]({name})" for name in figures],
-        _meanings(),
+        _meanings(swept=swept is not None),
     )
     return "\n".join(line for section in sections for line in [*section, ""]).rstrip() + "\n"
 
@@ -100,16 +105,32 @@ def _what_was_run(summary: pd.DataFrame, provenance: Mapping[str, Any]) -> list[
     return [told, *(["", *facts] if facts else [])]
 
 
-def _safety(summary: pd.DataFrame) -> list[str]:
+def _safety(summary: pd.DataFrame, *, swept: bool) -> list[str]:
     bad = summary[(summary["violations"] > 0) | (summary["trains_completed"] < summary["trains"])]
     if bad.empty:
         return ["Every train reached the end of the line, and no safety invariant was violated."]
     return [
-        f"**{row['controller']}, seed {row['seed']}: {row['violations']} violations of safety "
+        f"**{_run_text(row, swept=swept)}: {row['violations']} violations of safety "
         f"invariants ({row['collisions']} collisions), {row['trains_completed']} of "
         f"{row['trains']} trains completed. Do not use its other figures.**\n"
         for row in rows_of(bad)
     ]
+
+
+def _run_text(row: Mapping[str, Any], *, swept: bool) -> str:
+    told = f"{row['controller']}, seed {row['seed']}"
+    return f"{told}, initial delay {row['initial_delay_s']:.1f} s" if swept else told
+
+
+def _swept(swept: SweepTables) -> list[str]:
+    sweep, delays_s = swept.sweep, swept.intervals["initial_delay_s"]
+    told = (
+        f"Train {sweep.train} overstays at {sweep.station} by {delays_s.nunique()} initial delays "
+        f"from {delays_s.min():g} s to {delays_s.max():g} s, one run each. The interval runs from "
+        "its departure to the arrival of the next train at the same platform track."
+    )
+    source = ["", f"Published: {swept.published.source}."] if swept.published else []
+    return ["## Intervals", "", told, "", *_table(*sweep_texts(swept.indicators)), *source]
 
 
 def _compared(summary: pd.DataFrame) -> list[str]:
@@ -125,6 +146,8 @@ def _compared(summary: pd.DataFrame) -> list[str]:
 
 def _reasons(runs: Sequence[RunTables]) -> list[str]:
     shares = {run.controller: reason_shares(run.trajectory) for run in runs}
+    delay_s = runs[0].initial_delay_s
+    which = f" with an initial delay of {delay_s:g} s" if delay_s else ""
     table = pd.DataFrame(shares)
     used = table[(table > 0.0).any(axis=1)]
     rows = [
@@ -134,7 +157,7 @@ def _reasons(runs: Sequence[RunTables]) -> list[str]:
     return [
         "## What bound the speed",
         "",
-        "Share of the running time, dwells left out:",
+        f"Share of the running time{which}, dwells left out:",
         "",
         *_table(["bound by", *shares], rows),
     ]
@@ -151,12 +174,14 @@ def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str
         yield f"| {' | '.join(row)} |"
 
 
-def _meanings() -> list[str]:
-    meanings = {column.name: column.meaning for column in SUMMARY}
+def _meanings(*, swept: bool) -> list[str]:
+    explained = {column.name: column.meaning for column in SUMMARY}
+    compared = [(label, explained[name]) for name, label in INDICATORS.items()]
+    meanings = SWEEP_INDICATORS.values() if swept else compared
     return [
         "## What the indicators mean",
         "",
-        *(f"- **{label}**: {meanings[name]}" for name, label in INDICATORS.items()),
+        *(f"- **{label}**: {meaning}" for label, meaning in meanings),
         "",
         "`columns.csv` explains every column of every table.",
     ]

@@ -10,6 +10,7 @@ import pandas as pd
 
 from analysis.schema import read_csv, rows_frame
 from analysis.summary import SUMMARY
+from analysis.sweep import SWEPT_TABLES, read_intervals, read_sweep
 from analysis.tables import RunTables, read_run
 from railway.line import Line
 from railway.records import RAW_TABLES, Column
@@ -32,7 +33,7 @@ WRITTEN_TABLES: Mapping[str, tuple[Column, ...]] = {
     "stations": STATIONS,
     **RAW_TABLES,
 }
-"""Every table of a results folder."""
+"""Every table of a results folder; a sweep has ``SWEPT_TABLES``, too."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,15 +45,21 @@ class Results:
     columns: pd.DataFrame
     stations: pd.DataFrame
     runs: tuple[RunTables, ...]
-    """In the order of the summary: controllers as the scenario names them, then seeds."""
+    """In the order of the summary: controllers as the scenario names them, then seeds, delays."""
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    intervals: pd.DataFrame | None = None
+    """The table ``intervals``; None without a sweep."""
+    sweep: pd.DataFrame | None = None
+    """The table ``sweep``; None without a sweep."""
 
     @property
     def controllers(self) -> tuple[str, ...]:
         """Names of the controllers, baseline first."""
         return tuple(dict.fromkeys(run.controller for run in self.runs))
 
-    def run(self, controller: str, seed: int | None = None) -> RunTables:
+    def run(
+        self, controller: str, seed: int | None = None, initial_delay_s: float | None = None
+    ) -> RunTables:
         """
         Return one run.
 
@@ -62,6 +69,8 @@ class Results:
             Name of its controller.
         seed
             Its seed; by default the first. [-]
+        initial_delay_s
+            By how much the train of a sweep overstays; by default the first. [s]
 
         Returns
         -------
@@ -74,14 +83,26 @@ class Results:
             If there is no such run.
         """
         for run in self.runs:
-            if run.controller == controller and seed in {None, run.seed}:
+            wanted = seed in {None, run.seed} and initial_delay_s in {None, run.initial_delay_s}
+            if run.controller == controller and wanted:
                 return run
-        known = ", ".join(f"{run.controller} (seed {run.seed})" for run in self.runs)
-        msg = f"no run of {controller!r} with seed {seed} in {self.folder}; there are: {known}"
+        known = dict.fromkeys(f"{run.controller} (seed {run.seed})" for run in self.runs)
+        delays = dict.fromkeys(f"{run.initial_delay_s:g}" for run in self.runs)
+        msg = (
+            f"no run of {controller!r} with seed {seed} and initial delay {initial_delay_s} in "
+            f"{self.folder}; there are: {', '.join(known)}; initial delays [s]: {', '.join(delays)}"
+        )
         raise KeyError(msg)
 
 
-def run_folder(folder: Path, controller: str, seed: int, *, seeds: int) -> Path:
+def run_folder(
+    folder: Path,
+    controller: str,
+    seed: int,
+    initial_delay_s: float | None = None,
+    *,
+    seeds: int,
+) -> Path:
     """
     Return where the raw tables of a run lie.
 
@@ -93,15 +114,20 @@ def run_folder(folder: Path, controller: str, seed: int, *, seeds: int) -> Path:
         Name of the controller.
     seed
         Seed of the run. [-]
+    initial_delay_s
+        By how much the train of a sweep overstays; None without a sweep. [s]
     seeds
         How many seeds each controller runs. [-]
 
     Returns
     -------
     Path
-        ``<controller>`` for one seed, ``<controller>/seed_<seed>`` for several.
+        ``<controller>`` for one seed, ``<controller>/seed_<seed>`` for several, and
+        ``<controller>/delay_<seconds>s`` in a sweep, sorted as the delays.
     """
     own = folder / controller
+    if initial_delay_s is not None:
+        return own / f"delay_{initial_delay_s:05.1f}s"
     return own if seeds == 1 else own / f"seed_{seed}"
 
 
@@ -131,9 +157,14 @@ def stations_frame(line: Line) -> pd.DataFrame:
     return rows_frame(rows, STATIONS)
 
 
-def columns_frame() -> pd.DataFrame:
+def columns_frame(tables: Mapping[str, tuple[Column, ...]] = WRITTEN_TABLES) -> pd.DataFrame:
     """
     Return what every column of every written table means.
+
+    Parameters
+    ----------
+    tables
+        Declared columns by table.
 
     Returns
     -------
@@ -148,7 +179,7 @@ def columns_frame() -> pd.DataFrame:
             "unit": column.unit,
             "meaning": column.meaning,
         }
-        for table, columns in WRITTEN_TABLES.items()
+        for table, columns in tables.items()
         for column in columns
     )
     return rows_frame(rows, COLUMNS)
@@ -203,22 +234,25 @@ def read_results(folder: str | Path, *, trajectories: bool = True) -> Results:
         raise FileNotFoundError(msg)
     summary = read_csv(place / "summary.csv", SUMMARY)
     provenance = place / "provenance.json"
+    swept = all((place / f"{table}.csv").is_file() for table in SWEPT_TABLES)
+    runs = summary[["controller", "seed", "initial_delay_s"]].itertuples(index=False, name=None)
     return Results(
         folder=place,
         summary=summary,
         columns=read_csv(place / "columns.csv", COLUMNS),
         stations=read_csv(place / "stations.csv", STATIONS),
         runs=tuple(
-            read_run(_folder_of(place, controller, seed), controller, seed, trajectory=trajectories)
-            for controller, seed in zip(
-                summary["controller"].tolist(), summary["seed"].tolist(), strict=True
-            )
+            read_run(_folder_of(place, *run), *run, trajectory=trajectories) for run in runs
         ),
         provenance=json.loads(provenance.read_text("utf-8")) if provenance.is_file() else {},
+        intervals=read_intervals(place) if swept else None,
+        sweep=read_sweep(place) if swept else None,
     )
 
 
-def _folder_of(place: Path, controller: str, seed: int) -> Path:
-    # A study of several seeds that was interrupted may have left only one of them.
+def _folder_of(place: Path, controller: str, seed: int, initial_delay_s: float) -> Path:
+    # A study of several runs per controller that was interrupted may have left only one of them.
+    swept = run_folder(place, controller, seed, initial_delay_s, seeds=1)
     own = run_folder(place, controller, seed, seeds=2)
-    return own if own.is_dir() else run_folder(place, controller, seed, seeds=1)
+    alone = run_folder(place, controller, seed, seeds=1)
+    return next((folder for folder in (swept, own) if folder.is_dir()), alone)

@@ -1,4 +1,4 @@
-"""One row of indicators per controller and seed, computed from the raw tables alone."""
+"""One row of indicators per run, computed from the raw tables alone."""
 
 from collections.abc import Iterable
 
@@ -16,6 +16,7 @@ from railway.records import Column
 SUMMARY = (
     Column("controller", "str", "", "name of the controller"),
     Column("seed", "int64", "", "seed of the dwell delays"),
+    Column("initial_delay_s", "float64", "s", "swept delay of one train; 0 without a sweep"),
     Column("trains", "int64", "", "trains of the timetable"),
     Column("trains_completed", "int64", "", "trains that left at the end of the line"),
     Column("interstation_stop_time_s", "float64", "s", "running trains at a stand for 1 s or more"),
@@ -69,6 +70,7 @@ def _summary_row(run: RunTables) -> dict[str, object]:
     return {
         "controller": run.controller,
         "seed": run.seed,
+        "initial_delay_s": run.initial_delay_s,
         "trains": len(run.energy),
         "trains_completed": int(run.energy["completed"].sum()),
         "interstation_stop_time_s": stops.time_s,

@@ -33,6 +33,8 @@ class RunTables:
     interstation_stops: pd.DataFrame
     energy: pd.DataFrame
     violations: pd.DataFrame
+    initial_delay_s: float = 0.0
+    """By how much the train of a sweep overstays; 0 without a sweep. [s]"""
 
     @property
     def frames(self) -> Mapping[str, pd.DataFrame]:
@@ -40,7 +42,9 @@ class RunTables:
         return {name: getattr(self, name) for name in RAW_TABLES}
 
 
-def run_tables(record: RunRecord, run_times_s: FloatArray | None = None) -> RunTables:
+def run_tables(
+    record: RunRecord, run_times_s: FloatArray | None = None, *, initial_delay_s: float = 0.0
+) -> RunTables:
     """
     Turn the record of a run into tables.
 
@@ -52,6 +56,8 @@ def run_tables(record: RunRecord, run_times_s: FloatArray | None = None) -> RunT
         Shortest run time to each call from the one before, [s], shape (n_trains,
         n_calls_max); by default :func:`analysis.delay.technical_run_times_s` of the
         record's world, which is the same for all controllers and seeds.
+    initial_delay_s
+        By how much the train of a sweep overstays; 0 without a sweep. [s]
 
     Returns
     -------
@@ -68,6 +74,7 @@ def run_tables(record: RunRecord, run_times_s: FloatArray | None = None) -> RunT
         interstation_stops=stops_frame(record),
         energy=energy_frame(record),
         violations=_violations_frame(record),
+        initial_delay_s=initial_delay_s,
     )
 
 
@@ -205,7 +212,14 @@ def write_run(tables: RunTables, folder: Path) -> None:
     shutil.rmtree(former, ignore_errors=True)
 
 
-def read_run(folder: Path, controller: str, seed: int, *, trajectory: bool = True) -> RunTables:
+def read_run(
+    folder: Path,
+    controller: str,
+    seed: int,
+    initial_delay_s: float = 0.0,
+    *,
+    trajectory: bool = True,
+) -> RunTables:
     """
     Read the raw tables of a run.
 
@@ -217,6 +231,8 @@ def read_run(folder: Path, controller: str, seed: int, *, trajectory: bool = Tru
         Name of its controller.
     seed
         Its seed. [-]
+    initial_delay_s
+        By how much the train of a sweep overstays; 0 without a sweep. [s]
     trajectory
         Read the trajectory too; it is by far the largest table, and left empty otherwise.
 
@@ -234,4 +250,6 @@ def read_run(folder: Path, controller: str, seed: int, *, trajectory: bool = Tru
         samples = pd.read_parquet(folder / table_file("trajectory"), engine="pyarrow")
     else:
         samples = rows_frame([], TRAJECTORY)
-    return RunTables(controller, seed, trajectory=samples, **frames)
+    return RunTables(
+        controller, seed, trajectory=samples, initial_delay_s=initial_delay_s, **frames
+    )

@@ -1,11 +1,15 @@
-"""Cross-checks of train types, controllers and dwell delays."""
+"""Cross-checks of train types, controllers, dwell delays and sweeps."""
 
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from scenarios.check_timetable import TimetableTables, calls_by_train
 from scenarios.faults import Fault, meant
 from scenarios.files import Table
-from scenarios.schema import QuantileRow, RollingStockFile, ScenarioFile
+from scenarios.schema import CallRow, QuantileRow, RollingStockFile, ScenarioFile, SweepEntry
+
+MOST_DELAYS = 1000
+"""Runs of one controller in a sweep. [-]"""
 
 
 def rolling_stock_faults(stock: RollingStockFile, file: str) -> list[Fault]:
@@ -88,13 +92,78 @@ def controller_faults(settings: ScenarioFile, file: str) -> list[Fault]:
     return faults
 
 
+def sweep_faults(settings: ScenarioFile, file: str) -> list[Fault]:
+    """
+    Return what is wrong with the delays of a sweep, or with published results of none.
+
+    Parameters
+    ----------
+    settings
+        The main file.
+    file
+        Its name.
+
+    Returns
+    -------
+    list[Fault]
+        The faults.
+    """
+    sweep = settings.sweep
+    if sweep is None:
+        told = "are the results of a sweep that the scenario has not"
+        return [Fault(file, "published", told, "beside [sweep]")] if settings.published else []
+    values = {"first_s": sweep.first_s, "last_s": sweep.last_s, "step_s": sweep.step_s}
+    # Results lie in folders named by the delay, to a tenth of a second.
+    faults = [
+        Fault(file, f"sweep.{key}", f"{value:g} s", "whole tenths of a second")
+        for key, value in values.items()
+        if round(value, 1) != value
+    ]
+    if sweep.last_s < sweep.first_s:
+        problem = f"{sweep.last_s:g} lies below first_s"
+        faults.append(Fault(file, "sweep.last_s", problem, f"from {sweep.first_s:g}"))
+    return faults or _count_faults(sweep, file)
+
+
+def _count_faults(sweep: SweepEntry, file: str) -> list[Fault]:
+    range_s = sweep.last_s - sweep.first_s
+    if round(10.0 * range_s) % round(10.0 * sweep.step_s):
+        problem = f"{range_s:g} s is not a whole number of steps of {sweep.step_s:g} s"
+        return [Fault(file, "sweep.step_s", problem, "a step that divides last_s - first_s")]
+    count = len(swept_delays_s(sweep))
+    if count > MOST_DELAYS:
+        problem, allowed = f"makes {count} delays", f"a step of up to {MOST_DELAYS} delays"
+        return [Fault(file, "sweep.step_s", problem, allowed)]
+    return []
+
+
+def swept_delays_s(sweep: SweepEntry) -> tuple[float, ...]:
+    """
+    Return the delays of a sweep.
+
+    Parameters
+    ----------
+    sweep
+        A sweep without faults.
+
+    Returns
+    -------
+    tuple[float, ...]
+        From the first to the last, exact to a tenth of a second. [s]
+    """
+    first, last, step = (
+        round(10.0 * value) for value in (sweep.first_s, sweep.last_s, sweep.step_s)
+    )
+    return tuple(tenths / 10.0 for tenths in range(first, last + 1, step))
+
+
 def delay_faults(
     settings: ScenarioFile | None,
     quantiles: Table[QuantileRow] | None,
     timetable: TimetableTables,
 ) -> list[Fault]:
     """
-    Return everything that is wrong with dwell delays and overstays.
+    Return everything that is wrong with dwell delays, overstays and the train of a sweep.
 
     Parameters
     ----------
@@ -111,20 +180,42 @@ def delay_faults(
         The faults.
     """
     faults = _quantile_faults(quantiles) if quantiles else []
+    if settings is None or not (timetable.services.complete and timetable.calls.complete):
+        return faults
     calls = calls_by_train(timetable)
-    known = timetable.services.complete and timetable.calls.complete
-    for index, entry in enumerate(settings.overstays if settings and known else ()):
-        place = f"overstays.{index}"
-        if entry.train not in calls:
-            problem, allowed = f"unknown train {entry.train!r}", meant(entry.train, calls)
-            faults.append(Fault("scenario.toml", f"{place}.train", problem, allowed))
-            continue
-        stations = [call.station for call in calls[entry.train]]
-        if entry.station not in stations:
-            problem = f"train {entry.train!r} does not call at {entry.station!r}"
-            allowed = meant(entry.station, stations)
-            faults.append(Fault("scenario.toml", f"{place}.station", problem, allowed))
+    for index, entry in enumerate(settings.overstays):
+        faults += _call_faults(entry.train, entry.station, f"overstays.{index}", calls)
+    if settings.sweep:
+        sweep = settings.sweep
+        unknown = _call_faults(sweep.train, sweep.station, "sweep", calls)
+        faults += unknown or _follower_faults(sweep, calls)
     return faults
+
+
+def _call_faults(
+    train: str, station: str, place: str, calls: Mapping[str, Sequence[CallRow]]
+) -> list[Fault]:
+    if train not in calls:
+        problem, allowed = f"unknown train {train!r}", meant(train, calls)
+        return [Fault("scenario.toml", f"{place}.train", problem, allowed)]
+    stations = [call.station for call in calls[train]]
+    if station not in stations:
+        problem, allowed = f"train {train!r} does not call at {station!r}", meant(station, stations)
+        return [Fault("scenario.toml", f"{place}.station", problem, allowed)]
+    return []
+
+
+def _follower_faults(sweep: SweepEntry, calls: Mapping[str, Sequence[CallRow]]) -> list[Fault]:
+    own = next(call for call in calls[sweep.train] if call.station == sweep.station)
+    # A train that starts at the platform does not arrive there.
+    for others in calls.values():
+        for call in others[1:]:
+            same = (call.station, call.track) == (own.station, own.track)
+            if same and call.arrival > own.arrival:
+                return []
+    problem = f"no train arrives after {sweep.train!r} at its platform track {own.track!r}"
+    allowed = "a call where another train follows to the same track"
+    return [Fault("scenario.toml", "sweep.station", problem, allowed)]
 
 
 def _quantile_faults(table: Table[QuantileRow]) -> list[Fault]:

@@ -17,7 +17,7 @@ from railway.line import (
     Turnout,
 )
 from railway.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance
-from railway.scenario import ControllerSpec, Scenario
+from railway.scenario import ControllerSpec, Published, Scenario, Sweep
 from railway.timetable import Call, Service, Timetable
 from scenarios import schema
 from scenarios.check_line import LineTables, line_faults
@@ -26,6 +26,8 @@ from scenarios.check_settings import (
     delay_faults,
     rolling_stock_faults,
     step_faults,
+    sweep_faults,
+    swept_delays_s,
 )
 from scenarios.check_timetable import (
     TimetableTables,
@@ -83,6 +85,8 @@ def load(folder: Path) -> Scenario:
         step_s=main.step_s,
         patience_s=60.0 * main.patience_min,
         digest=reader.digest,
+        sweep=_to_sweep(main.sweep),
+        published=_to_published(main.published),
     )
 
 
@@ -95,7 +99,8 @@ def _read_main(reader: Reader, folder: Path) -> tuple[schema.ScenarioFile | None
         main, faults = schema.check(schema.ScenarioFile, data, MAIN_FILE)
         reader.faults += faults
     if main:
-        reader.faults += [*step_faults(main, MAIN_FILE), *controller_faults(main, MAIN_FILE)]
+        for faults_of in (step_faults, controller_faults, sweep_faults):
+            reader.faults += faults_of(main, MAIN_FILE)
     return main, {
         key: _folder(reader, folder, data.get(key, "."), key)
         for key in ("line", "rolling_stock", "timetable")
@@ -355,3 +360,15 @@ def _to_controllers(main: schema.ScenarioFile) -> tuple[ControllerSpec, ...]:
         )
         for name, item in main.controllers.items()
     )
+
+
+def _to_sweep(entry: schema.SweepEntry | None) -> Sweep | None:
+    if entry is None:
+        return None
+    return Sweep(entry.train, entry.station, swept_delays_s(entry))
+
+
+def _to_published(entry: schema.PublishedEntry | None) -> Published | None:
+    if entry is None:
+        return None
+    return Published(entry.source, entry.model_dump(exclude={"source"}, exclude_none=True))

@@ -5,6 +5,7 @@ A unit stands in the name. The only module that knows pydantic; everything behin
 with the checked objects.
 """
 
+import math
 import re
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal, TypeAlias, TypeVar, get_args, get_origin
@@ -14,6 +15,7 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    PlainValidator,
     StringConstraints,
     ValidationError,
 )
@@ -26,6 +28,7 @@ M = TypeVar("M", bound=BaseModel)
 _DECIMAL = re.compile(r"[+-]?\d+(\.\d+)?")
 _CLOCK_TEXT = "a time of day as HH:MM:SS, hours 00 to 29"
 _CLOCK = re.compile(r"[0-2]\d:[0-5]\d:[0-5]\d")
+_OPTION_TEXT = "a finite number, true or false"
 _NAME_TEXT = "text of letters, digits, '-', '_' and '.', at most 60 characters"
 
 
@@ -41,7 +44,16 @@ def _clock(value: str) -> str:
     return value
 
 
+def _option(value: object) -> float | bool:
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, int | float) and math.isfinite(value):
+        return float(value)
+    raise ValueError(_OPTION_TEXT)
+
+
 Cell = BeforeValidator(_number)
+Option: TypeAlias = Annotated[float | bool, PlainValidator(_option)]
 Name: TypeAlias = Annotated[
     str,
     StringConstraints(pattern=r"^[A-Za-z0-9_.\-]{1,60}$"),
@@ -53,6 +65,7 @@ Kilometre: TypeAlias = Annotated[float, Cell, Field(ge=-1000.0, le=10000.0)]
 Percent: TypeAlias = Annotated[float, Field(gt=0.0, le=100.0)]
 Mass: TypeAlias = Annotated[float, Field(gt=0.0, le=20000.0)]
 Brake: TypeAlias = Annotated[float, Field(ge=0.5, le=12.0)]
+SweptDelay: TypeAlias = Annotated[float, Field(ge=0.0, lt=1000.0)]
 Speed: TypeAlias = Annotated[float, Field(ge=5.0, le=400.0)]
 
 
@@ -65,8 +78,8 @@ class Controller(_Checked):
 
     protection: Name
     operation: Name
-    protection_options: dict[str, float] = {}
-    operation_options: dict[str, float] = {}
+    protection_options: dict[str, Option] = {}
+    operation_options: dict[str, Option] = {}
 
 
 class DwellSettings(_Checked):
@@ -86,6 +99,25 @@ class OverstayEntry(_Checked):
     delay_s: float = Field(ge=0.0, le=7200.0)
 
 
+class SweepEntry(_Checked):
+    """One run per controller and delay of one train at one station."""
+
+    train: Name
+    station: Name
+    first_s: SweptDelay
+    last_s: SweptDelay
+    step_s: float = Field(gt=0.0, lt=1000.0)
+
+
+class PublishedEntry(_Checked):
+    """Published results of a sweep, printed beside ours."""
+
+    source: Text
+    shortest_interval_s: float | None = Field(None, ge=0.0, le=7200.0)
+    greatest_shortening_s: float | None = Field(None, ge=0.0, le=7200.0)
+    headway_margin_s: float | None = Field(None, ge=0.0, le=7200.0)
+
+
 class ScenarioFile(_Checked):
     """The file ``scenario.toml``."""
 
@@ -99,6 +131,8 @@ class ScenarioFile(_Checked):
     timetable: Text = "."
     dwell_delays: DwellSettings | None = None
     overstays: tuple[OverstayEntry, ...] = Field((), strict=False)
+    sweep: SweepEntry | None = None
+    published: PublishedEntry | None = None
     controllers: dict[Name, Controller] = Field(min_length=1)
 
 
@@ -342,7 +376,7 @@ def _explain(owner: type[BaseModel] | None, key: str, kind: str, value: object) 
     fields = owner.model_fields if owner else {}
     if kind == "extra_forbidden":
         return f"unknown key {key!r}", meant(key, fields)
-    allowed = _allowed(fields[key]) if key in fields else "a finite number"
+    allowed = _allowed(fields[key]) if key in fields else _OPTION_TEXT
     if kind == "missing":
         return "is missing", allowed
     if kind == "string_pattern_mismatch" and key not in fields:
@@ -355,7 +389,8 @@ def _allowed(field: FieldInfo) -> str:
         return field.description
     if get_origin(field.annotation) is Literal:
         return " or ".join(str(value) for value in get_args(field.annotation))
-    kind = {float: "a number", int: "a whole number", str: "text"}.get(field.annotation)  # type: ignore[arg-type]
+    kinds = {float: "a number", int: "a whole number", str: "text", float | None: "a number"}
+    kind = kinds.get(field.annotation)  # type: ignore[arg-type]
     signs = {"gt": "above", "ge": "from", "lt": "below", "le": "up to"}
     signs |= {"min_length": "of length", "max_length": "up to"}
     bounds = [

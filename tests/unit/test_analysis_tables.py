@@ -14,6 +14,7 @@ from analysis.schema import csv_text, read_csv, typed_frame
 from analysis.summary import SUMMARY, summary_frame
 from analysis.tables import REASONS, RunTables, run_tables, write_run
 from railway.records import RAW_TABLES, Column, Violation
+from railway.scenario import Scenario
 from railway.state import Reason
 from tests.records import (
     READY_S,
@@ -23,7 +24,7 @@ from tests.records import (
     run_times_s,
     three_station_world,
 )
-from tests.worlds import merge_scenario, world_of
+from tests.worlds import make_scenario, merge_scenario, world_of
 
 STAND: Stand = (1, READY_S + 200.0, 30.0, 900.0, 1)
 
@@ -45,11 +46,16 @@ def example(controller: str = "close_up", seed: int = 1, late_s: float = 20.0) -
     return run_tables(record, run_times_s(world, 90.0, 110.0))
 
 
+def scenario() -> Scenario:
+    world = three_station_world()
+    return make_scenario(world.line, world.timetable.services)
+
+
 def publish_all(folder: Path, runs: list[RunTables]) -> None:
     seeds = len({run.seed for run in runs})
     for run in runs:
         write_run(run, run_folder(folder, run.controller, run.seed, seeds=seeds))
-    publish(folder, "An example", three_station_world().line, runs, {"step_s": 0.5})
+    publish(folder, scenario(), runs, {"step_s": 0.5})
 
 
 def bytes_of(folder: Path) -> dict[str, bytes]:
@@ -180,7 +186,7 @@ def test_a_results_folder_is_read_as_it_was_written(tmp_path: Path, seeds: tuple
 def test_one_seed_left_of_an_interrupted_study_can_be_read(tmp_path: Path) -> None:
     run = example()
     write_run(run, run_folder(tmp_path, run.controller, run.seed, seeds=3))
-    publish(tmp_path, "An example", three_station_world().line, [run], {})
+    publish(tmp_path, scenario(), [run], {})
     pd.testing.assert_frame_equal(read_results(tmp_path).run("close_up").calls, run.calls)
 
 
@@ -259,7 +265,7 @@ def test_differences_are_paired_by_seed() -> None:
     ]
     row = comparison(summary_frame(runs), ["final_arrival_delay_s"]).iloc[1]
     # A third of the trains is late: differences of -2 s and -4 s.
-    assert (row["seeds"], row["mean"], row["difference"]) == (2, 17.0, -3.0)
+    assert (row["pairs"], row["mean"], row["difference"]) == (2, 17.0, -3.0)
     assert row["change_pct"] == -15.0
     # t(0.975, 1) = 12.7062, s / sqrt(2) = 1.
     assert row["confidence_95"] == pytest.approx(12.7062, abs=1e-3)

@@ -15,6 +15,7 @@ from scenarios import load
 from tests.cli.command import contents, kankaku, two_controllers
 from tests.cli.layers import BLIND
 from tests.unit.scenario_folder import replace, write_scenario
+from tests.unit.sweep_folder import write_sweep
 
 LONG_OVERSTAY = '[[overstays]]\ntrain = "A1"\nstation = "last"\ndelay_s = 400.0\n\n[[overstays]]'
 
@@ -41,7 +42,9 @@ def test_a_study_takes_what_the_scenario_says(folder: Path) -> None:
 
 def test_a_study_runs_every_controller_with_every_seed(folder: Path) -> None:
     chosen = study.choose(folder, names=("second", "plain"), seed=0, seeds=2, step_s=0.25)
-    assert chosen.tasks == (("second", 0), ("second", 1), ("plain", 0), ("plain", 1))
+    assert chosen.tasks == tuple(
+        study.Task(name, seed, None) for name in ("second", "plain") for seed in (0, 1)
+    )
     assert chosen.step_s == 0.25
 
 
@@ -59,7 +62,10 @@ def test_results_say_what_the_summary_says(folder: Path, tmp_path: Path) -> None
     read = read_results(result.folder)
     assert result.summary is not None
     pd.testing.assert_frame_equal(read.summary, result.summary)
-    assert [outcome.task for outcome in result.outcomes] == [("plain", 7), ("second", 7)]
+    assert [outcome.task for outcome in result.outcomes] == [
+        study.Task("plain", 7),
+        study.Task("second", 7),
+    ]
     assert (result.violations, result.interrupted) == ([], False)
 
 
@@ -183,3 +189,49 @@ def test_a_folder_of_something_else_is_refused_before_the_first_run(
     (tmp_path / "out" / "small").mkdir(parents=True)
     with pytest.raises(FileExistsError, match="choose another folder"):
         study.run_study(study.choose(folder), tmp_path / "out", Interrupting("plain"))
+
+
+def test_a_sweep_runs_every_controller_with_every_delay(tmp_path: Path) -> None:
+    chosen = study.choose(write_sweep(tmp_path / "sweep"), seed=3)
+    assert chosen.tasks == tuple(
+        study.Task(name, 3, delay_s)
+        for name in ("close_up", "two_stage")
+        for delay_s in (0.0, 30.0, 60.0)
+    )
+
+
+def test_a_sweep_of_several_seeds_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(study.StudyError, match="allowed: 1"):
+        study.choose(write_sweep(tmp_path / "sweep"), seeds=2)
+
+
+def test_a_violation_in_a_sweep_is_named_with_its_delay(tmp_path: Path) -> None:
+    result = study.StudyResult(tmp_path)
+    result.outcomes = [
+        study.Outcome(study.Task("plain", 7, 12.5), ("too close",), 1.0, 1),
+        study.Outcome(study.Task("plain", 7), ("too fast",), 1.0, 1),
+    ]
+    assert result.violations == [
+        "plain (seed 7, initial delay 12.5 s): too close",
+        "plain (seed 7): too fast",
+    ]
+
+
+def test_an_interrupted_sweep_reads_back(tmp_path: Path) -> None:
+    chosen = study.choose(write_sweep(tmp_path / "sweep"))
+    result = study.run_study(chosen, tmp_path / "out", Interrupting("two_stage"))
+    assert result.interrupted
+    read = read_results(result.folder)
+    assert read.summary["initial_delay_s"].tolist() == [0.0, 30.0, 60.0]
+    assert read.run("close_up", initial_delay_s=30.0).calls["dwell_delay_s"].max() == 30.0
+    assert read.intervals is not None
+    assert read.intervals["initial_delay_s"].tolist() == [0.0, 30.0, 60.0]
+
+
+def test_a_scenario_that_is_no_longer_a_sweep_leaves_no_old_intervals(tmp_path: Path) -> None:
+    folder = write_sweep(tmp_path / "small")
+    one = study.choose(folder, names=("close_up",))
+    study.run_study(one, tmp_path / "out")
+    assert read_results(tmp_path / "out" / "small").intervals is not None
+    study.run_study(study.choose(write_scenario(folder)), tmp_path / "out")
+    assert read_results(tmp_path / "out" / "small").intervals is None
