@@ -5,10 +5,16 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour test check format lint types contracts bench seeds steps limits readme clean
+.PHONY: rush-hour sakai test check format lint types contracts bench seeds steps limits readme clean
 
 rush-hour: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour
+
+# The case study of Sakai et al. 2020: one sweep for each of its three cases.
+sakai: $(READY)
+	$(BIN)/python run.py scenarios/sakai_case1
+	$(BIN)/python run.py scenarios/sakai_case2
+	$(BIN)/python run.py scenarios/sakai_case3
 
 test: $(READY)
 	$(BIN)/python -m pytest -n auto

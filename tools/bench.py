@@ -18,16 +18,21 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+import numpy as np
+
 import study
 from analysis import run_tables, write_run
+from railway.control import Operation
 from railway.records import RunRecord
 from railway.scenario import Scenario
+from railway.state import Advice, Authority, LineState
 from scenarios import load
 from sumo_net.build import build, sumo_binary
 
 PROJECT = Path(__file__).parents[1]
 STEP_S = 0.1
 ROUNDS = 3
+CONTROLLERS = ("close_up", "two_stage", "approach_point", "approach_point_exclusive")
 PHASES = {
     "engine.observe": "observe",
     "protection.authorise": "protect",
@@ -75,6 +80,55 @@ class Timed:
 
         setattr(self, attribute, timed)
         return timed
+
+
+class PlanningTimed:
+    """Stands in for an operation and keeps the time of the calls that changed its plans."""
+
+    def __init__(self, spent_s: list[float], operation: Operation[Any]) -> None:
+        self._spent_s = spent_s
+        self._operation = operation
+
+    def initial(self) -> Any:  # noqa: ANN401 - each operation has its own memory type
+        """Return the memory before the first step."""
+        return self._operation.initial()
+
+    def advise(self, state: LineState, authority: Authority, memory: object) -> tuple[Advice, Any]:
+        """Return what the operation says."""
+        started = perf_counter()
+        advice, planned = self._operation.advise(state, authority, memory)
+        if planned is not memory:
+            self._spent_s.append(perf_counter() - started)
+        return advice, planned
+
+
+def planning_ms(scenario: Scenario, name: str) -> dict[str, float]:
+    """
+    Return how long it takes to plan after an event.
+
+    Parameters
+    ----------
+    scenario
+        What to run.
+    name
+        Controller.
+
+    Returns
+    -------
+    dict[str, float]
+        Median, 99th percentile and greatest time of the steps in which plans changed, for all
+        the trains that the events of the step concern. [ms]
+    """
+    spent_s: list[float] = []
+
+    def wrap(layer: str, made: Any) -> Any:  # noqa: ANN401
+        return PlanningTimed(spent_s, made) if layer == "operation" else made
+
+    _run(scenario, name, wrap=wrap)
+    if not spent_s:
+        return {}
+    shown = {"median": 50.0, "p99": 99.0, "greatest": 100.0}
+    return {key: round(1000.0 * float(np.percentile(spent_s, q)), 3) for key, q in shown.items()}
 
 
 def bare_s(scenario: Scenario) -> float:
@@ -181,7 +235,7 @@ def main() -> None:
     folder = PROJECT / "scenarios" / "rush_hour"
     scenario = load(folder)
     figures: dict[str, Any] = {"step_s": STEP_S, "first_step_s": first_step_s(folder)}
-    for name in ("close_up", "two_stage"):
+    for name in CONTROLLERS:
         ours_s(scenario, name)
         pairs = [(bare_s(scenario), *ours_s(scenario, name)) for _ in range(ROUNDS)]
         ratio = statistics.median(ours / bare for bare, ours, _ in pairs)
@@ -192,6 +246,7 @@ def main() -> None:
             "train_steps_per_s": round(rate),
             "bare_sumo_s": round(statistics.median(bare for bare, _, _ in pairs), 2),
             "run_s": round(statistics.median(ours for _, ours, _ in pairs), 2),
+            "planning_ms": planning_ms(scenario, name),
             "phase_shares": {phase: round(share, 3) for phase, share in shares.items()},
         }
     baseline = figures["close_up"]

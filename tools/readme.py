@@ -1,19 +1,22 @@
 """
 Write the result tables of the documentation from ``out/``: ``make readme``.
 
-Reads what the make targets ``rush-hour``, ``seeds``, ``limits``, ``steps`` and ``bench`` left,
-and replaces the text between ``<!-- name -->`` and ``<!-- end -->``.
+Reads what the make targets ``rush-hour``, ``sakai``, ``seeds``, ``limits``, ``steps`` and
+``bench`` left, and replaces the text between ``<!-- name -->`` and ``<!-- end -->``.
 """
 
 import json
 import re
 import shutil
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from analysis import comparison, comparison_texts, read_results
+from analysis.sweep import SWEEP_INDICATORS
+from tools.bench import CONTROLLERS
 
 PROJECT = Path(__file__).parents[1]
 OUT = PROJECT / "out"
@@ -26,9 +29,11 @@ SHOWN = (
     "secondary_delay_s",
     "energy_net_kwh",
 )
+PLAIN = ("close_up", "two_stage", "two_stage_plain", "approach_point")
+EXCLUSIVE = ("close_up_exclusive", "approach_point_exclusive")
 
 
-def comparison_table(folder: Path) -> str:
+def comparison_table(folder: Path, controllers: Sequence[str] = ()) -> str:
     """
     Return the comparison of a results folder.
 
@@ -36,6 +41,8 @@ def comparison_table(folder: Path) -> str:
     ----------
     folder
         Results folder.
+    controllers
+        Which ones, baseline first; all if empty.
 
     Returns
     -------
@@ -43,6 +50,8 @@ def comparison_table(folder: Path) -> str:
         A Markdown table.
     """
     summary = read_results(folder, trajectories=False).summary
+    if controllers:
+        summary = summary[summary["controller"].isin(controllers)]
     return _markdown(*comparison_texts(comparison(summary, SHOWN)))
 
 
@@ -88,15 +97,42 @@ def bench_table() -> str:
             f"`{name}`",
             f"{figures[name]['ratio_to_sumo']:.1f}",
             f"{figures[name]['train_steps_per_s'] / 1000:.0f} thousand",
+            _planning(figures[name]["planning_ms"]),
             ", ".join(
                 f"{phase} {100 * share:.0f} %"
                 for phase, share in figures[name]["phase_shares"].items()
             ),
         ]
-        for name in ("close_up", "two_stage")
+        for name in CONTROLLERS
     ]
-    header = ["controller", "time over bare SUMO's", "train-steps per second", "where it goes"]
+    header = [
+        "controller",
+        "time over bare SUMO's",
+        "train-steps per second",
+        "planning, median and 99 %",
+        "where it goes",
+    ]
     return _markdown(header, rows)
+
+
+def _planning(times_ms: Mapping[str, float]) -> str:
+    return f"{times_ms['median']:.2f}, {times_ms['p99']:.1f} ms" if times_ms else "-"
+
+
+def sakai_table() -> str:
+    """Return the three cases of Sakai et al. 2020 beside the published figures."""
+    rows = []
+    for case in (1, 2, 3):
+        table = read_results(OUT / f"sakai_case{case}", trajectories=False).sweep
+        if table is None:
+            msg = f"{OUT / f'sakai_case{case}'} holds no sweep"
+            raise ValueError(msg)
+        cells = table[table["controller"] == "approach_point"].set_index("indicator")
+        pairs = cells.loc[list(SWEEP_INDICATORS), ["value", "published"]].to_numpy().ravel()
+        rows.append([f"case {case}", *("-" if np.isnan(it) else f"{it:.1f}" for it in pairs)])
+    labels = [label for label, _ in SWEEP_INDICATORS.values()]
+    header = [text for label in labels for text in (f"{label} [s]", "published")]
+    return _markdown(["", *header], rows)
 
 
 def _markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -116,12 +152,17 @@ def _replace(file: Path, name: str, make: Callable[[], str]) -> None:
 def main() -> None:
     """Replace the tables and the figure."""
     readme, model = PROJECT / "README.md", PROJECT / "docs" / "model.md"
-    _replace(readme, "own-seed", lambda: comparison_table(OUT / "rush_hour"))
-    _replace(readme, "seeds", lambda: comparison_table(OUT / "seeds" / "rush_hour"))
+    _replace(readme, "own-seed", lambda: comparison_table(OUT / "rush_hour", PLAIN))
+    seeds = OUT / "seeds" / "rush_hour"
+    _replace(readme, "seeds", lambda: comparison_table(seeds, PLAIN))
+    _replace(readme, "exclusive", lambda: comparison_table(seeds, EXCLUSIVE))
     _replace(readme, "limits", limits_table)
+    _replace(readme, "sakai", sakai_table)
     _replace(readme, "bench", bench_table)
     _replace(model, "steps", steps_table)
-    shutil.copyfile(OUT / "rush_hour" / "time_distance.png", PROJECT / "docs" / "time_distance.png")
+    for folder, figure in (("rush_hour", "time_distance"), ("sakai_case1", "intervals")):
+        file = f"{figure}.png"
+        shutil.copyfile(OUT / folder / file, PROJECT / "docs" / file)
 
 
 if __name__ == "__main__":
