@@ -273,11 +273,11 @@ def accelerations(train_type: TrainType) -> tuple[FloatArray, FloatArray]:
 
 
 @compiled
-def _gain(table: FloatArray, energy: float, step_m: float, drag: float, drag_ahead: float) -> float:
+def _gain(table: FloatArray, energy: float, step_m: float, drags: tuple[float, float]) -> float:
     """Return the energy gained over a step by Heun's rule."""
-    slope = _look_up(table, energy) - drag
+    slope = _look_up(table, energy) - drags[0]
     ahead = max(energy + step_m * slope, 0.0)
-    return 0.5 * step_m * (slope + _look_up(table, ahead) - drag_ahead)
+    return 0.5 * step_m * (slope + _look_up(table, ahead) - drags[1])
 
 
 @compiled
@@ -308,7 +308,38 @@ def _accelerate_back(
 
 
 @compiled
-def _drive(  # noqa: C901, PLR0913, PLR0917 - compiled functions take plain arrays
+def _drive_cell(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+    mode: int,
+    energy: float,
+    target: float,
+    left_m: float,
+    step_m: float,
+    drags: tuple[float, float],
+    pull: FloatArray,
+    coast: FloatArray,
+) -> tuple[float, int, float]:
+    """Return the energy at the end of a cell, the mode there, and how far was cruised."""
+    ahead, rest_m, run_m = energy, step_m, 0.0
+    if mode == SPEEDING_UP:
+        gain = _gain(pull, energy, step_m, drags)
+        if energy + gain < target:
+            return energy + gain, SPEEDING_UP, 0.0
+        mode = CRUISING
+        if energy < target:
+            ahead, rest_m = target, step_m * (1.0 - (target - energy) / gain)
+    if mode == CRUISING:
+        run_m = min(rest_m, left_m)
+        held = ahead + _gain(pull, ahead, run_m, drags)
+        ahead = min(held, max(target, ahead))
+        if run_m >= left_m:
+            mode = COASTING
+    if mode == COASTING:
+        ahead += _gain(coast, ahead, rest_m - run_m, drags)
+    return ahead, mode, run_m
+
+
+@compiled
+def _drive(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     chainage_m: FloatArray,
     cap: FloatArray,
     floor: FloatArray,
@@ -328,38 +359,22 @@ def _drive(  # noqa: C901, PLR0913, PLR0917 - compiled functions take plain arra
     now, mode, left_m, target, time_s = -1, SPEEDING_UP, 0.0, 0.0, 0.0
     for cell in range(points - 1):
         place, step_m = section[cell], chainage_m[cell + 1] - chainage_m[cell]
-        here, there = drag[cell], drag[cell + 1]
+        drags = drag[cell], drag[cell + 1]
         if place != now:
             now = place
             entry[now] = np.sqrt(2.0 * energy)
             mode = COASTING if through[now] else SPEEDING_UP
             left_m = cruise_m[now]
             target = 0.5 * target_mps[now] * target_mps[now]
-        ahead, rest_m = energy, step_m
-        if mode == SPEEDING_UP:
-            gain = _gain(pull, energy, step_m, here, there)
-            if energy + gain < target:
-                ahead, rest_m = energy + gain, 0.0
-            else:
-                mode = CRUISING
-                if energy < target:
-                    ahead, rest_m = target, step_m * (1.0 - (target - energy) / gain)
-            if energy < target:
-                reached = np.sqrt(2.0 * max(min(ahead, cap[cell + 1]), 0.0))
-                peak[now] = max(peak[now], reached)
-        if mode == CRUISING:
-            run_m = min(rest_m, left_m)
-            held = ahead + _gain(pull, ahead, run_m, here, there)
-            ahead = min(held, max(target, ahead))
-            cruised[now] += run_m
-            left_m -= run_m
-            rest_m -= run_m
-            if left_m <= 0.0:
-                mode = COASTING
-        if mode == COASTING:
-            ahead += _gain(coast, ahead, rest_m, here, there)
+        speeds_up = mode == SPEEDING_UP and energy < target
+        ahead, mode, run_m = _drive_cell(mode, energy, target, left_m, step_m, drags, pull, coast)
+        cruised[now] += run_m
+        left_m -= run_m
+        if speeds_up:
+            reached = min(ahead if mode == SPEEDING_UP else target, cap[cell + 1])
+            peak[now] = max(peak[now], np.sqrt(2.0 * max(reached, 0.0)))
         ahead = max(min(ahead, cap[cell + 1]), floor[cell + 1], 0.0)
-        without = energy + _gain(coast, energy, step_m, here, there)
+        without = energy + _gain(coast, energy, step_m, drags)
         works[cell] = max(ahead - without, 0.0)
         both_mps = np.sqrt(2.0 * energy) + np.sqrt(2.0 * ahead)
         if both_mps <= 0.0 or (ahead <= 0.0 and cell < points - 2):
