@@ -8,7 +8,6 @@ whose further run is known, it runs so as to pass the approach point at the very
 the way is free; (iv) and from there as fast as it may.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -27,7 +26,7 @@ from railway.compiled import compiled, count_up_to
 from railway.control import Foresight
 from railway.kinematics import next_speed_mps
 from railway.profile import at, braking_loss_mps
-from railway.run_curve import RunCurve, fastest
+from railway.run_curve import fastest
 from railway.state import Advice, Authority, LineState, Reason
 from railway.way import way_on
 from railway.world import World
@@ -75,11 +74,12 @@ class Plans(NamedTuple):
     """The last call that the train has departed from; -1 before the first."""
     left_s: FloatArray
     """When that was. [s]"""
-    curves: tuple[RunCurve | None, ...]
+    curves: tuple[FloatArray | None, ...]
+    """Chainage [m], speed [m/s] and time [s] of each curve. shape (3, n_points) each"""
     pieces: IntArray
     """First and last point of each curve below. shape (2, n_trains)"""
     points: FloatArray
-    """Chainage [m], speed [m/s] and time [s] of all curves. shape (3, n_points)"""
+    """All curves, one after the other. shape (3, n_points)"""
     begins_s: float
     """Before this moment no plan asks for anything. [s]"""
 
@@ -193,7 +193,7 @@ class ApproachPointControl:
             memory.left_call[row] = state.next_call[row] - 1
             # The departure is seen one step after it began.
             memory.left_s[row] = state.time_s - self._world.step_s
-        curves: dict[int, RunCurve | None] = {}
+        curves: dict[int, FloatArray | None] = {}
         for row in np.flatnonzero(over).tolist():
             curves[row] = None
             self._forget(memory, row)
@@ -236,7 +236,7 @@ class ApproachPointControl:
 
     def _run_in(
         self, state: LineState, memory: Plans, row: int, leaders_call: int
-    ) -> RunCurve | None:
+    ) -> FloatArray | None:
         """Rule (iii): pass the approach point when the way is free."""
         near = self._near(state, row, leaders_call)
         if near is None:
@@ -254,7 +254,7 @@ class ApproachPointControl:
         memory.stop_m[row], memory.stop_from_s[row] = passing.stop_m, -np.inf
         memory.run_from_s[row] = state.time_s + passing.wait_s
         memory.run_until_s[row] = memory.run_from_s[row] + passing.curve.run_time_s
-        return passing.curve
+        return np.array([passing.curve.chainage_m, passing.curve.speed_mps, passing.curve.time_s])
 
     def _forget(self, memory: Plans, row: int) -> None:
         memory.stop_m[row] = self._world.far_m
@@ -291,20 +291,14 @@ class ApproachPointControl:
         )
 
 
-def _with_curves(memory: Plans, changed: dict[int, RunCurve | None]) -> Plans:
+def _with_curves(memory: Plans, changed: dict[int, FloatArray | None]) -> Plans:
     """Lay all curves one after the other, as the steps want them."""
     curves = tuple(changed.get(row, curve) for row, curve in enumerate(memory.curves))
-    lengths = np.array([0 if curve is None else curve.chainage_m.size for curve in curves])
-    ends = np.cumsum(lengths)
-    columns = _columns(curves)
-    return memory._replace(curves=curves, pieces=np.array([ends - lengths, ends]), points=columns)
-
-
-def _columns(curves: Sequence[RunCurve | None]) -> FloatArray:
     kept = [curve for curve in curves if curve is not None]
-    if not kept:
-        return np.zeros((3, 0))
-    return np.hstack([np.array([c.chainage_m, c.speed_mps, c.time_s]) for c in kept])
+    ends = np.cumsum([0 if curve is None else curve.shape[1] for curve in curves])
+    pieces = np.array([np.append(0, ends[:-1]), ends])
+    points = np.hstack(kept) if kept else np.zeros((3, 0))
+    return memory._replace(curves=curves, pieces=pieces, points=points)
 
 
 @compiled

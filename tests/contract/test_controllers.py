@@ -1,5 +1,6 @@
 """Every operation over every protection keeps the same contract."""
 
+from collections.abc import Mapping
 from itertools import product
 from typing import Any
 
@@ -11,13 +12,25 @@ from hypothesis import strategies as st
 from controllers import OPERATIONS, PROTECTIONS, ControllerError, build
 from railway.arrays import FloatArray
 from railway.control import Controller, Operation, Protection
-from railway.scenario import ControllerSpec, Scenario
+from railway.scenario import ControllerSpec, Option, Scenario
 from railway.state import Advice, Authority, LineState, Reason
 from railway.world import World
 from tests.property.runs import loop_station_scenario, run
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 
-PAIRS = list(product(PROTECTIONS, OPERATIONS))
+CBTC = {
+    "margin_m": 0.0,
+    "position_error_percent": 0.1,
+    "position_resolution_m": 2.0,
+    "communication_delay_s": 0.5,
+    "exclusive_platform": True,
+}
+VARIANTS: Mapping[str, tuple[str, Mapping[str, Option]]] = {
+    **{name: (name, {}) for name in PROTECTIONS},
+    "cbtc": ("moving_block", CBTC),
+}
+"""Protections with options that change what they do."""
+PAIRS = list(product(VARIANTS, OPERATIONS))
 every_pair = pytest.mark.parametrize(("protection", "operation"), PAIRS)
 QUICK = settings(max_examples=5, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
@@ -29,7 +42,8 @@ WORLDS = {
 
 
 def controller_of(world: World, protection: str, operation: str) -> Controller:
-    return build(ControllerSpec("test", protection, operation, {}, {}), world)
+    name, options = VARIANTS[protection]
+    return build(ControllerSpec("test", name, operation, options, {}), world)
 
 
 def overstays(scenario: Scenario, *seconds: float) -> FloatArray:
@@ -98,6 +112,36 @@ def test_same_state_same_answer_and_answers_are_sound(
         assert np.all(np.isfinite(authority.limit_m))
         assert np.all(authority.ceiling_mps[state.present] >= 0.0)
         assert_never_beyond_the_train_ahead(scenario, state, authority)
+
+
+@pytest.mark.parametrize("protection", VARIANTS)
+@pytest.mark.parametrize("make", WORLDS.values(), ids=WORLDS)
+def test_what_a_protection_says_beforehand_is_what_it_permits(
+    protection: str,
+    make: Any,  # noqa: ANN401
+) -> None:
+    scenario = make()
+    world = world_of(scenario)
+    honest = controller_of(world, protection, "close_up")
+    foresight: Any = honest.protection
+    twice = Twice(honest)
+    controller = Controller("twice", twice, twice, honest.drive)
+    run(scenario, controller=controller, delay_s=overstays(scenario, 70.0, 40.0))
+    compared = 0
+    for state, authority, _ in twice.said:
+        assert np.all(authority.delay_s == foresight.delay_s)
+        platform_m = world.platform_m[0, np.arange(world.size), state.next_call]
+        outside = state.running & state.follows & (state.front_m < platform_m)
+        for row in np.flatnonzero(outside).tolist():
+            leader = int(state.leader[row])
+            place_m = state.front_m[[leader]]
+            foretold_m = foresight.limit_behind_m(row, int(state.next_call[row]), leader, place_m)
+            assert authority.limit_m[row] <= foretold_m[0] + 1e-9
+            if state.clear_to_m[row] == state.tail_m[leader]:
+                # Nothing but the leader is in the way.
+                assert authority.limit_m[row] == pytest.approx(foretold_m[0])
+                compared += 1
+    assert compared > 100
 
 
 def assert_never_beyond_the_train_ahead(

@@ -15,7 +15,6 @@ from controllers.operation.approach_point import Plans
 from railway.arrays import BoolArray, FloatArray
 from railway.control import Operation
 from railway.records import RunRecord
-from railway.run_curve import RunCurve
 from railway.scenario import Scenario
 from railway.state import Advice, Authority, LineState
 from scenarios.load import load
@@ -129,8 +128,8 @@ class Run:
         return int(np.argmax(self.leaders_rear_m >= SECTION_M[1]))
 
     @property
-    def curve(self) -> RunCurve | None:
-        """The follower's only run curve."""
+    def curve(self) -> FloatArray | None:
+        """Chainage, speed and time of the follower's only run curve."""
         found = {id(c): c for p in self.plans if (c := p.curves[FOLLOWER]) is not None}
         assert len(found) <= 1
         return next(iter(found.values()), None)
@@ -217,7 +216,7 @@ def can_pass(number: int, delay_s: float) -> bool:
     curve = run_of(number, PROPOSED, LONG_S).curve
     assert curve is not None
     close_up = run_of(number, BASELINE, delay_s)
-    reaches_s = close_up.engine.passes_s(FOLLOWER, float(curve.chainage_m[-1]))
+    reaches_s = close_up.engine.passes_s(FOLLOWER, float(curve[0, -1]))
     return reaches_s <= float(close_up.time_s[close_up.route_clear])
 
 
@@ -250,12 +249,8 @@ def test_when_the_route_is_clear_the_follower_is_at_the_approach_point(
 ) -> None:
     seen = run_of(number, PROPOSED, delay_s)
     assert seen.curve is not None
-    assert seen.front_m[seen.route_clear, FOLLOWER] == pytest.approx(
-        seen.curve.chainage_m[-1], abs=1.0
-    )
-    assert seen.speed_mps[seen.route_clear, FOLLOWER] == pytest.approx(
-        seen.curve.speed_mps[-1], abs=0.1
-    )
+    assert seen.front_m[seen.route_clear, FOLLOWER] == pytest.approx(seen.curve[0, -1], abs=1.0)
+    assert seen.speed_mps[seen.route_clear, FOLLOWER] == pytest.approx(seen.curve[1, -1], abs=0.1)
 
 
 @pytest.mark.parametrize("number", CASES)
@@ -359,7 +354,7 @@ def test_the_approach_point_is_that_of_an_independent_search(number: int) -> Non
     """One variable, the speed at route-clear time; a parabola through the best three finds it."""
     curve = run_of(number, PROPOSED, LONG_S).curve
     assert curve is not None
-    front_m, speed_mps = float(curve.chainage_m[-1]), float(curve.speed_mps[-1])
+    front_m, speed_mps = float(curve[0, -1]), float(curve[1, -1])
     assert front_m == pytest.approx(approach_place_m(number, speed_mps), abs=0.2)
     speeds_mps = np.arange(4.5, 11.0, 0.5)
     runs_s = np.array(
@@ -378,7 +373,7 @@ def test_the_approach_point_is_that_of_an_independent_search(number: int) -> Non
 def test_full_acceleration_from_the_optimal_stop_of_case_1_meets_the_approach_point() -> None:
     seen = run_of(1, PROPOSED, LONG_S)
     assert seen.curve is not None
-    front_m, speed_mps = float(seen.curve.chainage_m[-1]), float(seen.curve.speed_mps[-1])
+    front_m, speed_mps = float(seen.curve[0, -1]), float(seen.curve[1, -1])
     away_m = quad(lambda v: v / acceleration_mps2(v), 0.0, speed_mps)[0]
     assert front_m - seen.optimal_stop_m == pytest.approx(away_m, abs=0.2)
 

@@ -229,7 +229,7 @@ def test_the_run_in_begins_when_the_leader_departs_and_ends_at_the_approach_poin
         curve = asked.plans.curves[FOLLOWER]
         if curve is None:
             assert asked.advice.reason[FOLLOWER] != Reason.APPROACH
-        elif asked.state.front_m[FOLLOWER] >= curve.chainage_m[-1]:
+        elif asked.state.front_m[FOLLOWER] >= curve[0, -1]:
             assert asked.advice.ceiling_mps[FOLLOWER] == NO_CEILING_MPS
     before = [a for a in seen.watched.asked if a.state.time_s <= departed_s + 1e-6]
     assert all(asked.plans.curves[FOLLOWER] is None for asked in before)
