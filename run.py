@@ -2,6 +2,7 @@
 
 import os
 import signal
+from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -59,12 +60,17 @@ def _list_controllers(value: bool) -> None:
         ("Protection (how far and how fast a train may go)", controllers.PROTECTIONS),
         ("Operation (how it uses that permission)", controllers.OPERATIONS),
     ):
-        table = Table("name", "what it does", title=title, title_justify="left")
+        table = Table("name", "what it does", "options", title=title, title_justify="left")
         for name, layer in registry.items():
-            table.add_row(name, layer.summary)
+            options = (f"{field.name} = {_toml(field.default)}" for field in fields(layer.options))
+            table.add_row(name, layer.summary, "\n".join(options))
         answers.print(table)
     answers.print("A scenario names controllers as pairs of both: see its scenario.toml.")
     raise typer.Exit
+
+
+def _toml(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _whole_milliseconds(step_s: float | None) -> float | None:
