@@ -39,6 +39,7 @@ STYLE: dict[Any, Any] = {
     "ytick.color": INK,
 }
 PNG_DPI = 160
+KMH_PER_MPS = 3.6
 _CLOCK_STEPS_S = (60, 120, 300, 600, 900, 1800, 3600, 7200, 14400)
 
 
@@ -210,6 +211,20 @@ def station_axis(axes: Axes, stations: pd.DataFrame, *, labels: bool, gap_m: flo
             clip_on=False,
         )
         axes.text(-0.026, text_m, name, transform=across, ha="right", va="center", fontsize=7.0)
+
+
+def plain_frame(axes: Axes) -> None:
+    """
+    Lay a faint grid below the lines, and leave away the frame where there is no scale.
+
+    Parameters
+    ----------
+    axes
+        Whose.
+    """
+    axes.grid(color=GRID, linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
 
 
 def by_train(frame: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:

@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from analysis.figures import BOOKED, GRID, INK, colour, dashes, label_of, spread, style
+from analysis.figures import BOOKED, INK, colour, dashes, label_of, plain_frame, spread, style
 from analysis.sweep import SweepTables, shortenings_s
 
 _LABEL_GAP = 0.045
@@ -58,9 +58,7 @@ def interval_figure(swept: SweepTables, stations: pd.DataFrame) -> Figure:
         place = names.get(sweep.station, sweep.station)
         axes.set_xlabel(f"initial delay of train {sweep.train} at {place} [s]")
         axes.set_ylabel(f"departure-to-arrival interval at {place} [s]")
-        axes.grid(color=GRID, linewidth=0.6)
-        axes.set_axisbelow(True)
-        axes.spines[["top", "right"]].set_visible(False)
+        plain_frame(axes)
     return figure
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from analysis.figures import GRID, colour, label_of, style
+from analysis.figures import KMH_PER_MPS, colour, label_of, plain_frame, style
 from analysis.schema import rows_of
 from analysis.sweep import following_arrival
 from analysis.tables import RunTables
@@ -22,7 +22,6 @@ from railway.scenario import Sweep
 PANEL_WIDTH_IN = 5.4
 PANEL_HEIGHT_IN = 3.4
 MOST_COLUMNS = 3
-KMH_PER_MPS = 3.6
 PLATFORM = "#EFE6CF"
 _MAP = "viridis"
 _BRIGHTEST = 0.88
@@ -124,9 +123,7 @@ def _draw_panel(axes: Axes, panel: Panel, shades: Mapping[str, str]) -> None:
 def _frame(axes: Axes, panel: Panel, index: int) -> None:
     axes.set_title(label_of(panel.title), loc="left", color=colour(index), fontweight="bold")
     axes.set_ylim(bottom=0.0)
-    axes.grid(color=GRID, linewidth=0.6)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
+    plain_frame(axes)
 
 
 def _legend(panels: Sequence[Panel], shades: Mapping[str, str]) -> Iterator[Line2D | Patch]:
@@ -187,6 +184,5 @@ def _curve(run: RunTables, sweep: Sweep) -> Curve | None:
 
 def _platform_m(calls: pd.DataFrame, sweep: Sweep, line: Line) -> tuple[float, float]:
     own = calls[(calls["train"] == sweep.train) & (calls["station"] == sweep.station)]
-    call = sweep.station, own["track"].item()
-    platform = next(place for place in line.platforms if (place.station, place.track) == call)
+    platform = line.platform_at[sweep.station, own["track"].item()]
     return platform.start_m, platform.end_m

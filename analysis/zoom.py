@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from analysis.figures import (
     GRID,
     INK,
+    KMH_PER_MPS,
     by_train,
     clock,
     clock_axis,
@@ -28,7 +29,6 @@ BEFORE_S = 180.0
 AFTER_S = 240.0
 STATIONS_BEHIND = 2
 STATIONS_AHEAD = 1
-KMH_PER_MPS = 3.6
 
 
 class Worst(NamedTuple):

@@ -13,7 +13,66 @@ from functools import cached_property
 import numpy as np
 
 from railway.arrays import FloatArray
+from railway.compiled import elementwise
 from railway.line import Line
+
+
+@elementwise
+def drifted_buffer_m(
+    front_m: float, balise_m: float, error_ratio: float, resolution_m: float
+) -> float:
+    """
+    Return the buffer of a train that stands.
+
+    Parameters
+    ----------
+    front_m
+        Front. [m], broadcastable
+    balise_m
+        The balise that it passed last. [m], broadcastable
+    error_ratio
+        Drift of the measured position. [-], broadcastable
+    resolution_m
+        Resolution of the measured position. [m], broadcastable
+
+    Returns
+    -------
+    FloatArray
+        Length. [m], broadcast shape
+
+    References
+    ----------
+    .. [1] Sakai et al. 2020, eq. (2); eq. (1) without the delay.
+    """
+    return error_ratio * max(front_m - balise_m, 0.0) + resolution_m
+
+
+@elementwise
+def reaching_front_m(place_m: float, balise_m: float, error_ratio: float, own_m: float) -> float:
+    """
+    Return where a front is when, with its buffer, it reaches a place.
+
+    Parameters
+    ----------
+    place_m
+        Place. [m], broadcastable
+    balise_m
+        The balise that counts. [m], broadcastable
+    error_ratio
+        Drift of the measured position. [-], broadcastable
+    own_m
+        The part of the buffer that does not drift. [m], broadcastable
+
+    Returns
+    -------
+    FloatArray
+        Front. [m], broadcast shape
+
+    References
+    ----------
+    .. [1] Sakai et al. 2020, eq. (3).
+    """
+    return (place_m - own_m + error_ratio * balise_m) / (1.0 + error_ratio)
 
 
 @dataclass(frozen=True)
@@ -127,8 +186,8 @@ class Buffers:
         ----------
         .. [1] Sakai et al. 2020, eq. (2).
         """
-        from_balise_m = np.maximum(front_m - self.last_balise_m(front_m), 0.0)
-        return self.error_ratio * from_balise_m + self.resolution_m
+        last_m = self.last_balise_m(front_m)
+        return drifted_buffer_m(front_m, last_m, self.error_ratio, self.resolution_m)
 
     def front_limit_m(self, place_m: FloatArray, speed_mps: float = 0.0) -> FloatArray:
         """
@@ -152,12 +211,10 @@ class Buffers:
         ----------
         .. [1] Sakai et al. 2020, eq. (3).
         """
-        own_m = speed_mps * self.delay_s + self.resolution_m
-        passed = np.searchsorted(
-            self.buffered_at_balise_m, place_m - speed_mps * self.delay_s, side="right"
-        )
-        from_balise_m = self.error_ratio * self.balise_m[passed]
-        return (place_m - own_m + from_balise_m) / (1.0 + self.error_ratio)
+        delayed_m = speed_mps * self.delay_s
+        passed = np.searchsorted(self.buffered_at_balise_m, place_m - delayed_m, side="right")
+        own_m = delayed_m + self.resolution_m
+        return reaching_front_m(place_m, self.balise_m[passed], self.error_ratio, own_m)
 
     def rear_limit_m(self, place_m: float, length_m: float) -> float:
         """

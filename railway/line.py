@@ -146,6 +146,11 @@ class Line:
         return {station.id: station for station in self.stations}
 
     @cached_property
+    def platform_at(self) -> Mapping[tuple[str, str], Platform]:
+        """Platforms by station and track."""
+        return {(place.station, place.track): place for place in self.platforms}
+
+    @cached_property
     def track_by_id(self) -> Mapping[str, Track]:
         """Tracks by identifier."""
         return {track.id: track for section in self.sections for track in section.tracks}

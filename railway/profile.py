@@ -9,6 +9,7 @@ towards any target into ``v^2 / 2 = P(target) - P(x)``.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -25,7 +26,7 @@ RUN_OUT_M = 2500.0
 """Level track assumed beyond both ends, longer than any brake curve. [m]"""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Profile:
     """Tables over a uniform chainage grid, one row per train type, shape (n_types, n_grid)."""
 
@@ -46,7 +47,7 @@ class Profile:
         """Last chainage of the tables. [m]"""
         return self.origin_m + SPACING_M * float(self.potential_m2ps2.shape[1] - 1)
 
-    @property
+    @cached_property
     def grid_m(self) -> FloatArray:
         """Chainage of the columns. [m], shape (n_grid,)"""
         columns = np.arange(self.potential_m2ps2.shape[1], dtype=np.float64)

@@ -154,7 +154,6 @@ def timed_run(  # noqa: PLR0913 - one argument per figure of a run
     .. [1] Sakai et al. 2020, section 3.2: operations 1 and 2.
     """
     way = _way(line, train_type, (start_m, stop_m), (start_mps, stop_mps), buffers)
-    fastest(way)
     return timed(way, run_time_s)
 
 
@@ -224,21 +223,20 @@ def timed(way: Way, run_time_s: float) -> RunCurve:
     StallError
         If a gradient is too steep to climb.
     """
-    shortest_s = trace(way, Driving.fastest(way)).run_time_s
+    quickest = fastest(way)
+    shortest_s = longest_s = quickest.run_time_s
     if run_time_s < shortest_s - TIME_TOLERANCE_S:
         message = f"a run of {run_time_s:.2f} s is not possible: the fastest takes {shortest_s:.2f}"
         raise RunTimeError(message)
-    longest_s = shortest_s
-    for under, cut in _cuts(way):
-        slower = trace(under, cut(0.0))
-        if slower.run_time_s >= run_time_s:
+    for under, cut, slower_s in _cuts(way):
+        if slower_s >= run_time_s:
             found = trace(under, cut(_share(under, cut, run_time_s)))
             if abs(found.run_time_s - run_time_s) <= TIME_TOLERANCE_S:
                 return _curve(way, found)
             break
-        longest_s = slower.run_time_s
+        longest_s = slower_s
     if run_time_s <= shortest_s + TIME_TOLERANCE_S:
-        return fastest(way)
+        return quickest
     message = (
         f"a run of {run_time_s:.2f} s is not possible: coasting makes it {longest_s:.2f} at most"
     )
@@ -269,18 +267,18 @@ class _Level(NamedTuple):
     section: int
 
 
-def _cuts(way: Way) -> Iterator[tuple[Way, Cut]]:
+def _cuts(way: Way) -> Iterator[tuple[Way, Cut, float]]:
     """
     Yield one operation after the other, each from where the one before has ended.
 
-    Each comes with the way under the speeds of the one before, so that a section that has to
-    speed up again coasts where it did, and nothing that makes a run slower makes it faster
-    elsewhere.
+    Each comes with the run time at its end, and with the way under the speeds of the one
+    before, so that a section that has to speed up again coasts where it did, and nothing that
+    makes a run slower makes it faster elsewhere.
     """
     drive = Driving.fastest(way)
+    seen = trace(way, drive)
     done: set[int] = set()
     while True:
-        seen = trace(way, drive)
         way = replace(way, cap_m2ps2=seen.energy_m2ps2)
         drive = _join(drive, seen)
         levels = _levels(drive, seen, done)
@@ -293,11 +291,14 @@ def _cuts(way: Way) -> Iterator[tuple[Way, Cut]]:
         lower = [level.speed_mps for level in levels if level.speed_mps < below_mps]
         least = max([*lower, float(seen.entry_mps[highest.section]), SLOWEST_MPS])
         cut = _shorten(drive, seen, highest) if highest.cruises else _lower(drive, highest, least)
-        if not np.isfinite(trace(way, cut(0.0)).run_time_s):
+        drive = cut(0.0)
+        seen = trace(way, drive)
+        if not np.isfinite(seen.run_time_s):
             cut = _without_standing(way, cut)
             done.add(highest.section)
-        yield way, cut
-        drive = cut(0.0)
+            drive = cut(0.0)
+            seen = trace(way, drive)
+        yield way, cut, seen.run_time_s
 
 
 def _without_standing(way: Way, cut: Cut) -> Cut:

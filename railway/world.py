@@ -100,13 +100,12 @@ def build_world(
     number_of_track = {track: number for number, track in enumerate(line.track_by_id)}
     call_track = np.full(shape, -1, dtype=np.intp)
     platform_m = np.full((2, *shape), profile.end_m - 2.0)
-    platform_at = {(place.station, place.track): place for place in line.platforms}
     arrival_s, departure_s, dwell_s = (np.full(shape, np.inf) for _ in range(3))
     for row, service in enumerate(services):
         for column, call in enumerate(service.calls):
             stop_m[row, column] = call.stop_m
             call_track[row, column] = number_of_track[call.track]
-            platform = platform_at[call.station, call.track]
+            platform = line.platform_at[call.station, call.track]
             platform_m[:, row, column] = platform.start_m, platform.end_m
             arrival_s[row, column] = call.arrival_s
             departure_s[row, column] = call.departure_s

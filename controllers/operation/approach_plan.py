@@ -16,7 +16,7 @@ from scipy.optimize import brentq, minimize_scalar
 from railway.arrays import FloatArray
 from railway.profile import Profile
 from railway.rolling_stock import TrainType
-from railway.run_curve import RunCurve, RunTimeError, StallError, fastest, timed
+from railway.run_curve import LONGEST_S, RunCurve, RunTimeError, StallError, fastest, timed
 from railway.way import Driving, Way, reaching_the_end, trace, way_on
 
 SPEED_GRID_MPS = 2.0
@@ -26,8 +26,6 @@ NEARLY_M2PS2 = 0.1
 """What full acceleration gains in about a tenth of a metre. [m2/s2]"""
 LEAST_WAY_M = 1.0
 """A point nearer than this is reached whatever the train does. [m]"""
-LONGEST_S = 1e6
-"""Stands for a run that never ends. [s]"""
 CRAWL_MPS = 1.0
 """Rather than running slower than this, a train stops and waits. [m/s]"""
 GATE_S = 1.0
@@ -225,6 +223,7 @@ def _way(
     ends_m: tuple[float, float],
     speeds_mps: tuple[float, float],
     pattern_m2ps2: FloatArray | None,
+    also_m: float | None = None,
 ) -> Way:
     return way_on(
         site.profile,
@@ -233,6 +232,7 @@ def _way(
         ends_m,
         speeds_mps,
         ceiling_m2ps2=pattern_m2ps2,
+        also_m=also_m,
     )
 
 
@@ -303,15 +303,8 @@ def _plan_passing(
 
 
 def _way_to(site: Site, point: ApproachPoint, front_m: float, speed_mps: float) -> Way:
-    return way_on(
-        site.profile,
-        site.row,
-        site.train_type,
-        (front_m, point.front_m),
-        (speed_mps, point.speed_mps),
-        ceiling_m2ps2=point.pattern_m2ps2,
-        also_m=point.optimal_stop_m,
-    )
+    ends_m, speeds_mps = (front_m, point.front_m), (speed_mps, point.speed_mps)
+    return _way(site, ends_m, speeds_mps, point.pattern_m2ps2, point.optimal_stop_m)
 
 
 def _further_on(

@@ -18,7 +18,7 @@ import numpy as np
 
 from controllers.options import require
 from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.buffers import Buffers
+from railway.buffers import Buffers, drifted_buffer_m, reaching_front_m
 from railway.compiled import compiled, count_up_to
 from railway.profile import at, build_profile
 from railway.state import Authority, LineState
@@ -199,17 +199,15 @@ def _limit_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     margin_m, ratio, resolution_m, exclusive = spacing
     last = count_up_to(balise_m, front_m) - 1
     balise = max(count_up_to(balise_m, leader_front_m) - 1, 0)
-    # Sakai et al. 2020, eq. (2).
-    drift_m = ratio * max(leader_front_m - balise_m[balise], 0.0)
-    rear_m = leader_tail_m - drift_m - resolution_m
+    buffer_m = drifted_buffer_m(leader_front_m, balise_m[balise], ratio, resolution_m)
+    rear_m = leader_tail_m - float(buffer_m)
     if exclusive and not entered and start_m < rear_m < end_m:
         rear_m = start_m
     place_m = min(rear_m, clear_to_m) - margin_m
     # Eq. (3) without the delay, which the drive counts. A balise corrects nothing before the
     # train has passed it.
     passed = min(count_up_to(buffered_at_balise_m, place_m), max(last, 0))
-    drifted_m: float = place_m - resolution_m + ratio * balise_m[passed]
-    return drifted_m / (1.0 + ratio)
+    return float(reaching_front_m(place_m, balise_m[passed], ratio, resolution_m))
 
 
 @compiled
