@@ -62,6 +62,13 @@ OPERATIONS: Registry = {
 }
 
 
+_KINDS: Mapping[object, tuple[type, str]] = {
+    bool: (bool, "true or false"),
+    float: (float, "a number"),
+}
+"""What a value is that an option of some type can have; other options are lists."""
+
+
 class ControllerError(ValueError):
     """A controller that cannot be built: which key, what is wrong, what is allowed."""
 
@@ -141,9 +148,8 @@ def _choose(
             problem = f"option {key!r} is not known to {name}"
             allowed = ", ".join(known) or "none"
             raise ControllerError(where=place, problem=problem, allowed=allowed)
-        is_switch = known[key] is bool
-        if isinstance(value, bool) != is_switch:
-            allowed = "true or false" if is_switch else "a number"
+        kind, allowed = _KINDS.get(known[key], (tuple, "a list of numbers"))
+        if type(value) is not kind:
             raise ControllerError(where=place, problem=f"{value!r}", allowed=allowed)
     try:
         chosen = layer.options(**options)

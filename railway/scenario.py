@@ -9,7 +9,8 @@ from railway.line import Line
 from railway.rolling_stock import TrainType
 from railway.timetable import Timetable
 
-Option: TypeAlias = float | bool
+Option: TypeAlias = float | bool | tuple[float, ...]
+"""A number, a switch, or a table of numbers."""
 
 
 @dataclass(frozen=True, slots=True)

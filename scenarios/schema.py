@@ -8,7 +8,7 @@ with the checked objects.
 import math
 import re
 from collections.abc import Iterable, Mapping
-from typing import Annotated, Any, Literal, TypeAlias, TypeVar, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeAlias, TypeGuard, TypeVar, get_args, get_origin
 
 from pydantic import (
     BaseModel,
@@ -28,7 +28,7 @@ M = TypeVar("M", bound=BaseModel)
 _DECIMAL = re.compile(r"[+-]?\d+(\.\d+)?")
 _CLOCK_TEXT = "a time of day as HH:MM:SS, hours 00 to 29"
 _CLOCK = re.compile(r"[0-2]\d:[0-5]\d:[0-5]\d")
-_OPTION_TEXT = "a finite number, true or false"
+_OPTION_TEXT = "a finite number, true or false, or a list of finite numbers"
 _NAME_TEXT = "text of letters, digits, '-', '_' and '.', at most 60 characters"
 
 
@@ -44,16 +44,22 @@ def _clock(value: str) -> str:
     return value
 
 
-def _option(value: object) -> float | bool:
+def _option(value: object) -> float | bool | tuple[float, ...]:
     if isinstance(value, bool):
         return value
-    if isinstance(value, int | float) and math.isfinite(value):
+    if _is_finite(value):
         return float(value)
+    if isinstance(value, list) and value and all(map(_is_finite, value)):
+        return tuple(map(float, value))
     raise ValueError(_OPTION_TEXT)
 
 
+def _is_finite(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
 Cell = BeforeValidator(_number)
-Option: TypeAlias = Annotated[float | bool, PlainValidator(_option)]
+Option: TypeAlias = Annotated[float | bool | tuple[float, ...], PlainValidator(_option)]
 Name: TypeAlias = Annotated[
     str,
     StringConstraints(pattern=r"^[A-Za-z0-9_.\-]{1,60}$"),
