@@ -4,9 +4,16 @@ Compilation of the functions that run in every step.
 A step has some thirty operations on arrays of a few dozen trains. One compiled function
 costs what two or three array operations cost, so the physics is written as formulas and
 loops over trains and compiled by numba; results are cached beside the source.
+
+Numba takes a cached function for fresh as long as the function's own file has not changed. Here it
+is fresh as long as none of the files has changed that its code was compiled from.
 """
 
+import hashlib
+import inspect
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
@@ -14,6 +21,10 @@ import numba
 from railway.arrays import FloatArray
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+_SOURCES: dict[int, frozenset[str]] = {}
+"""Files that each compiled function depends on, by the identity of the function."""
 
 
 def compiled(function: Function) -> Function:
@@ -30,7 +41,10 @@ def compiled(function: Function) -> Function:
     Function
         The same, compiled.
     """
-    return cast("Function", numba.njit(cache=True, error_model="numpy")(function))
+    made = numba.njit(cache=True, error_model="numpy")(function)
+    files = _SOURCES[id(made)] = _sources(function)
+    _watch(made, files)
+    return cast("Function", made)
 
 
 def elementwise(function: Callable[..., float]) -> Callable[..., FloatArray]:
@@ -50,7 +64,45 @@ def elementwise(function: Callable[..., float]) -> Callable[..., FloatArray]:
     arguments = ", ".join(["float64"] * function.__code__.co_argcount)
     vectorize: Callable[..., Any] = numba.vectorize
     made = vectorize([f"float64({arguments})"], cache=True)(function)
+    _SOURCES[id(made)] = _sources(function)
     return cast("Callable[..., FloatArray]", made)
+
+
+def _sources(function: Callable[..., Any]) -> frozenset[str]:
+    """Return the files of a function, of what it calls and of the tuples it takes."""
+    used = [function.__globals__.get(name) for name in function.__code__.co_names]
+    used += function.__annotations__.values()
+    files = {inspect.getfile(function)}
+    for value in used:
+        files |= _SOURCES.get(id(value), frozenset())
+        if isinstance(value, type) and issubclass(value, tuple) and value is not tuple:
+            files.add(inspect.getfile(value))
+    return frozenset(files)
+
+
+@cache
+def _digest(file: str) -> str:
+    return hashlib.sha256(Path(file).read_bytes()).hexdigest()
+
+
+def _watch(made: Any, files: frozenset[str]) -> None:  # noqa: ANN401 - numba has no types
+    """Let numba compile anew when any of the files has changed."""
+    kept: Any = getattr(made, "_cache", None)
+    if not hasattr(kept, "_cache_file"):
+        return  # Compilation is switched off.
+    index = kept._cache_file  # noqa: SLF001 - numba has no other way in
+    index._source_stamp = (index._source_stamp, *map(_digest, sorted(files)))  # noqa: SLF001
+    load = index._load_index  # noqa: SLF001
+
+    def load_index() -> dict[Any, str]:
+        try:
+            found: dict[Any, str] = load()
+        except (AttributeError, ImportError):
+            # It names a class that is gone.
+            return {}
+        return found
+
+    index._load_index = load_index  # noqa: SLF001
 
 
 @compiled

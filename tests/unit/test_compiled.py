@@ -1,0 +1,58 @@
+"""Compiled functions are compiled anew when anything that they are made of has changed."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+PARTS = """
+from typing import NamedTuple
+from railway.compiled import compiled
+class {name}(NamedTuple):
+    {first}: float
+    {second}: float
+@compiled
+def part(value: float) -> float:
+    return {factor} * value
+"""
+WHOLE = """
+import parts
+from parts import {name}, part
+from railway.compiled import compiled
+@compiled
+def whole(pair: {name}) -> float:
+    return part(pair.wanted)
+print(whole({name}(1.0, 2.0)))
+"""
+
+
+def result(folder: Path) -> float:
+    command = [sys.executable, "-c", "import runpy, whole"]
+    paths = f"{folder}:{Path(__file__).parents[2]}"
+    done = subprocess.run(  # noqa: S603
+        command, cwd=folder, env={"PYTHONPATH": paths}, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return float(done.stdout)
+
+
+def write(folder: Path, factor: float, name: str, first: str, second: str) -> None:
+    whole = folder / "whole.py"
+    (folder / "parts.py").write_text(
+        PARTS.format(factor=factor, name=name, first=first, second=second), encoding="utf-8"
+    )
+    text = WHOLE.format(name=name)
+    if not whole.exists() or whole.read_text(encoding="utf-8") != text:
+        whole.write_text(text, encoding="utf-8")
+
+
+def test_a_changed_part_a_changed_tuple_and_a_lost_one_are_noticed(tmp_path: Path) -> None:
+    write(tmp_path, 10.0, "Pair", "wanted", "other")
+    assert result(tmp_path) == 10.0
+    assert list(tmp_path.glob("__pycache__/whole.whole*.nbi")), "it was cached"
+    assert result(tmp_path) == 10.0
+    write(tmp_path, 20.0, "Pair", "wanted", "other")
+    assert result(tmp_path) == 20.0
+    write(tmp_path, 20.0, "Pair", "other", "wanted")
+    assert result(tmp_path) == 40.0
+    write(tmp_path, 20.0, "Couple", "other", "wanted")
+    assert result(tmp_path) == 40.0
