@@ -3,6 +3,7 @@
 import numpy as np
 
 from railway.arrays import FloatArray, IntArray
+from railway.compiled import elementwise
 from railway.profile import at_each
 from railway.recorder import StepBlock
 from railway.records import EnergyAccount
@@ -18,6 +19,35 @@ MEASURED = (
     "regenerated_j",
     "auxiliary_j",
 )
+
+SLOWEST_MPS = 1e-3
+"""Compiled for many trains at once, a formula divides even where the result is not used. [m/s]"""
+
+
+@elementwise
+def electric_brake_n(speed_mps: float, force_n: float, power_w: float, cutoff_mps: float) -> float:
+    """
+    Return the greatest force of the electric brake.
+
+    Parameters
+    ----------
+    speed_mps
+        Speed. [m/s], broadcastable
+    force_n
+        Greatest force at any speed. [N], broadcastable
+    power_w
+        Greatest power at the wheel. [W], broadcastable
+    cutoff_mps
+        Up to this speed there is none. [m/s], broadcastable
+
+    Returns
+    -------
+    FloatArray
+        Force at the wheel. [N], broadcast shape
+    """
+    if speed_mps <= cutoff_mps:
+        return 0.0
+    return min(force_n, power_w / max(speed_mps, SLOWEST_MPS))
 
 
 class EnergyMeter:
@@ -114,9 +144,5 @@ class EnergyMeter:
         self, work_j: FloatArray, distance_m: FloatArray, speed_mps: FloatArray, rows: IntArray
     ) -> FloatArray:
         force_n, power_w, cutoff_mps = self._supply[:, rows]
-        electric_n = np.minimum(force_n, power_w / np.maximum(speed_mps, cutoff_mps))
-        return np.where(
-            speed_mps > cutoff_mps,
-            np.minimum(np.maximum(-work_j, 0.0), electric_n * distance_m),
-            0.0,
-        )
+        electric_n = electric_brake_n(speed_mps, force_n, power_w, cutoff_mps)
+        return np.minimum(np.maximum(-work_j, 0.0), electric_n * distance_m)

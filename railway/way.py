@@ -273,15 +273,50 @@ def accelerations(train_type: TrainType) -> tuple[FloatArray, FloatArray]:
 
 
 @compiled
-def _gain(table: FloatArray, energy: float, step_m: float, drags: tuple[float, float]) -> float:
-    """Return the energy gained over a step by Heun's rule."""
-    slope = _look_up(table, energy) - drags[0]
+def energy_gain(
+    table: FloatArray, energy: float, step_m: float, drags: tuple[float, float]
+) -> float:
+    """
+    Return the energy gained over a step by Heun's rule.
+
+    Parameters
+    ----------
+    table
+        Acceleration on the level, from :func:`accelerations`. [m/s2], shape (n_speeds,)
+    energy
+        Half the square of the speed before. [m2/s2]
+    step_m
+        Length of the step. [m]
+    drags
+        Deceleration by gradients and curves at its ends. [m/s2]
+
+    Returns
+    -------
+    float
+        The gain. [m2/s2]
+    """
+    slope = look_up(table, energy) - drags[0]
     ahead = max(energy + step_m * slope, 0.0)
-    return 0.5 * step_m * (slope + _look_up(table, ahead) - drags[1])
+    return 0.5 * step_m * (slope + look_up(table, ahead) - drags[1])
 
 
 @compiled
-def _look_up(table: FloatArray, energy: float) -> float:
+def look_up(table: FloatArray, energy: float) -> float:
+    """
+    Interpolate an acceleration.
+
+    Parameters
+    ----------
+    table
+        From :func:`accelerations`. [m/s2], shape (n_speeds,)
+    energy
+        Half the square of the speed. [m2/s2]
+
+    Returns
+    -------
+    float
+        The acceleration. [m/s2]
+    """
     place = np.sqrt(2.0 * energy) / SPEED_SPACING_MPS
     index = min(int(place), table.size - 2)
     value: float = table[index] + (place - index) * (table[index + 1] - table[index])
@@ -297,9 +332,9 @@ def _accelerate_back(
     for cell in range(chainage_m.size - 2, -1, -1):
         ahead = floor[cell + 1]
         step_m = chainage_m[cell + 1] - chainage_m[cell]
-        slope_ahead = _look_up(pull, ahead) - drag[cell + 1]
+        slope_ahead = look_up(pull, ahead) - drag[cell + 1]
         guess = max(ahead - step_m * slope_ahead, 0.0)
-        slope = 0.5 * (slope_ahead + _look_up(pull, guess) - drag[cell])
+        slope = 0.5 * (slope_ahead + look_up(pull, guess) - drag[cell])
         floor[cell] = ahead - step_m * slope
         if floor[cell] <= 0.0:
             floor[cell] = 0.0
@@ -321,7 +356,7 @@ def _drive_cell(  # noqa: PLR0913, PLR0917 - compiled functions take plain array
     """Return the energy at the end of a cell, the mode there, and how far was cruised."""
     ahead, rest_m, run_m = energy, step_m, 0.0
     if mode == SPEEDING_UP:
-        gain = _gain(pull, energy, step_m, drags)
+        gain = energy_gain(pull, energy, step_m, drags)
         if energy + gain < target:
             return energy + gain, SPEEDING_UP, 0.0
         mode = CRUISING
@@ -329,12 +364,12 @@ def _drive_cell(  # noqa: PLR0913, PLR0917 - compiled functions take plain array
             ahead, rest_m = target, step_m * (1.0 - (target - energy) / gain)
     if mode == CRUISING:
         run_m = min(rest_m, left_m)
-        held = ahead + _gain(pull, ahead, run_m, drags)
+        held = ahead + energy_gain(pull, ahead, run_m, drags)
         ahead = min(held, max(target, ahead))
         if run_m >= left_m:
             mode = COASTING
     if mode == COASTING:
-        ahead += _gain(coast, ahead, rest_m - run_m, drags)
+        ahead += energy_gain(coast, ahead, rest_m - run_m, drags)
     return ahead, mode, run_m
 
 
@@ -374,7 +409,7 @@ def _drive(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
             reached = min(ahead if mode == SPEEDING_UP else target, cap[cell + 1])
             peak[now] = max(peak[now], np.sqrt(2.0 * max(reached, 0.0)))
         ahead = max(min(ahead, cap[cell + 1]), floor[cell + 1], 0.0)
-        without = energy + _gain(coast, energy, step_m, drags)
+        without = energy + energy_gain(coast, energy, step_m, drags)
         works[cell] = max(ahead - without, 0.0)
         both_mps = np.sqrt(2.0 * energy) + np.sqrt(2.0 * ahead)
         if both_mps <= 0.0 or (ahead <= 0.0 and cell < points - 2):
