@@ -29,7 +29,7 @@ class Leaders:
         """The section that each train's tail has not left yet."""
         self._last = len(sections)
         size = world.size
-        self._cap_m = np.full(size, world.far_m)
+        self.granted_m: FloatArray = np.full(size, world.far_m)
         self.follows: BoolArray = np.zeros(size, dtype=np.bool_)
         self.leader: IntArray = np.full(size, -1, dtype=np.intp)
         self.next_clear_m: FloatArray = np.array([self._clear_m[s] for s in self._first])
@@ -50,7 +50,7 @@ class Leaders:
         """Find the leader of a train, and the first points ahead that are not granted to it."""
         self.leader[row] = -1
         self.follows[row] = False
-        self._cap_m[row] = self._world.far_m
+        self.granted_m[row] = self._world.far_m
         before = -1
         for section in range(self._first[row], self._last):
             ahead = self._predecessor[row][section]
@@ -62,7 +62,7 @@ class Leaders:
                 self.leader[row] = before = ahead
                 self.follows[row] = granted
             if not granted:
-                self._cap_m[row] = self._fouling_m[section - 1]
+                self.granted_m[row] = self._fouling_m[section - 1]
                 return
 
     def clear(self, rows: IntArray) -> None:
@@ -112,7 +112,7 @@ class Leaders:
             Tails, and leader's tail, fouling point or far ahead. [m], shape (n_trains,)
         """
         tail_m = front_m - self._world.length_m
-        clear_to_m = self._cap_m.copy()
+        clear_to_m = self.granted_m.copy()
         _lower_to_tails(clear_to_m, tail_m, self.leader, self.follows)
         return tail_m, clear_to_m
 

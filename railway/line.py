@@ -127,6 +127,11 @@ class Line:
     curves: tuple[Curve, ...]
     balises_m: tuple[float, ...]
     blocks: tuple[Block, ...]
+    """Either none, or from end to end of every track, rising by chainage."""
+    circuits: tuple[Block, ...] = ()
+    """Track circuits that blocks are divided into; a block without any is one circuit."""
+    release_delay_s: float = 0.0
+    """A track circuit counts as occupied this long after the tail has left it. [s]"""
     geometry_lon_lat_deg: tuple[tuple[float, float, float], ...] = ()
     """Chainage, longitude and latitude of points on the drawn centre line."""
 
@@ -163,6 +168,20 @@ class Line:
             for index, section in enumerate(self.sections)
             for track in section.tracks
         }
+
+    @cached_property
+    def track_circuits(self) -> tuple[Block, ...]:
+        """All track circuits, from end to end of every track; none without blocks."""
+        divided = {
+            block.id: [
+                circuit
+                for circuit in self.circuits
+                if circuit.track == block.track
+                and block.start_m <= circuit.start_m < circuit.end_m <= block.end_m
+            ]
+            for block in self.blocks
+        }
+        return tuple(circuit for block in self.blocks for circuit in divided[block.id] or [block])
 
     @cached_property
     def _height_knots(self) -> tuple[FloatArray, FloatArray]:

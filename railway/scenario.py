@@ -16,7 +16,7 @@ Option: TypeAlias = float | bool | tuple[float, ...]
 @dataclass(frozen=True, slots=True)
 class ControllerSpec:
     """
-    A named pair of protection and operation with their options.
+    A named pair of protection and operation with their options, or a peer.
 
     Options are as in the file, with the unit in the key; a layer's own options class is where
     they are checked and converted.
@@ -27,6 +27,10 @@ class ControllerSpec:
     operation: str
     protection_options: Mapping[str, Option]
     operation_options: Mapping[str, Option]
+    peer: str | None = None
+    """Another program's own control of the trains; protection and operation are empty then."""
+    by_default: bool = True
+    """Runs where no controllers are named."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,8 @@ class Reason(IntEnum):
     PRE_DECELERATION = 5
     OPTIMAL_STOP = 6
     APPROACH = 7
+    ECO = 8
+    PEER = 9
 
 
 class Events(NamedTuple):
@@ -57,6 +59,8 @@ class LineState(NamedTuple):
     """The leader goes or stands on this train's own way, not on another track before points."""
     clear_to_m: FloatArray
     """The way is physically clear up to here: leader's tail or fouling point. [m]"""
+    granted_m: FloatArray
+    """Fouling point of the first points ahead that are not granted, or far ahead. [m]"""
     next_call: IntArray
     """The call ahead, or the present one while standing at it."""
     stop_m: FloatArray

@@ -21,6 +21,7 @@ class Tracker:
         self._next_clear_m = self._leaders.next_clear_m.copy()
         self._leader = self._leaders.leader.copy()
         self._follows = self._leaders.follows.copy()
+        self._granted_m = self._leaders.granted_m.copy()
         self._present = np.zeros(size, dtype=np.bool_)
         self._running = np.zeros(size, dtype=np.bool_)
         self._next_call = np.zeros(size, dtype=np.intp)
@@ -79,6 +80,7 @@ class Tracker:
             self._leader,
             self._follows,
             clear_to_m,
+            self._granted_m,
             self._next_call,
             self._stop_m,
             self._last_arrival_s,
@@ -139,6 +141,7 @@ class Tracker:
             self._leaders.leave(row)
         self._leader = self._leaders.leader.copy()
         self._follows = self._leaders.follows.copy()
+        self._granted_m = self._leaders.granted_m.copy()
         self._next_clear_m = self._leaders.next_clear_m.copy()
         return Events(
             seen.entered,

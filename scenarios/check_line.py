@@ -9,6 +9,7 @@ from scenarios.files import Table
 from scenarios.schema import (
     BaliseRow,
     BlockRow,
+    CircuitRow,
     CurveRow,
     GeometryRow,
     GradientRow,
@@ -36,6 +37,7 @@ class LineTables:
     curves: Table[CurveRow]
     balises: Table[BaliseRow]
     blocks: Table[BlockRow]
+    circuits: Table[CircuitRow]
     geometry: Table[GeometryRow]
 
     @property
@@ -70,13 +72,16 @@ def line_faults(line: LineTables) -> list[Fault]:
         The faults.
     """
     faults = _track_faults(line) + _station_faults(line) + _platform_faults(line)
-    faults += _turnout_faults(line) + _block_faults(line) + _point_faults(line)
+    faults += _turnout_faults(line) + _block_faults(line) + _circuit_faults(line)
+    faults += _point_faults(line)
     for stretches in (line.limits, line.gradients, line.curves):
         faults += _stretch_faults(stretches, line.extent_km)
     return faults
 
 
-def duplicates(table: Table[StationRow] | Table[TrackRow] | Table[BlockRow]) -> list[Fault]:
+def duplicates(
+    table: Table[StationRow] | Table[TrackRow] | Table[BlockRow] | Table[CircuitRow],
+) -> list[Fault]:
     """
     Return a fault for every identifier that occurs a second time.
 
@@ -273,6 +278,50 @@ def _block_faults(line: LineTables) -> list[Fault]:
                 problem = f"the blocks do not reach from end to end of track {track.id!r}"
                 faults.append(table.fault(row, column, problem, f"{wanted:g}"))
     return faults
+
+
+def _circuit_faults(line: LineTables) -> list[Fault]:
+    table = line.circuits
+    stretches: Table[StretchRow] = table
+    faults = duplicates(table) + _length_faults(stretches)
+    if not (line.tracks.complete and line.blocks.complete and table.present):
+        return faults
+    if not line.blocks.present:
+        return [*faults, Fault(table.file, "", "there are no blocks to divide", "with blocks.csv")]
+    divided: dict[str, list[CircuitRow]] = {}
+    for row in table:
+        block = _block_at(line, row)
+        if isinstance(block, Fault):
+            faults.append(block)
+        else:
+            divided.setdefault(block.id, []).append(row)
+    for block in line.blocks:
+        mine = sorted(divided.pop(block.id, []), key=lambda row: row.start_km)
+        faults += _tiling_faults(stretches, mine, "the circuit", gaps=table.complete)
+        if not (mine and table.complete):
+            continue
+        for row, column in ((mine[0], "start_km"), (mine[-1], "end_km")):
+            wanted = getattr(block, column)
+            if not _same(getattr(row, column), wanted):
+                problem = f"the circuits do not reach from end to end of block {block.id!r}"
+                faults.append(table.fault(row, column, problem, f"{wanted:g}"))
+    return faults
+
+
+def _block_at(line: LineTables, row: CircuitRow) -> BlockRow | Fault:
+    """Return the block in which a circuit begins, or why there is none."""
+    tracks = {track.id: track for track in line.tracks}
+    if row.track not in tracks:
+        problem, allowed = f"unknown track {row.track!r}", meant(row.track, tracks)
+        return line.circuits.fault(row, "track", problem, allowed)
+    for block in line.blocks:
+        from_km, to_km = block.start_km - TOLERANCE_KM, block.end_km - TOLERANCE_KM
+        if block.track == row.track and from_km <= row.start_km < to_km:
+            return block
+    problem = f"no block of track {row.track!r} holds {row.start_km:g}"
+    track = tracks[row.track]
+    allowed = f"from {track.start_km:g} to below {track.end_km:g}"
+    return line.circuits.fault(row, "start_km", problem, allowed)
 
 
 def _point_faults(line: LineTables) -> list[Fault]:

@@ -1,13 +1,21 @@
 """Cross-checks of train types, controllers, dwell delays and sweeps."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
 from scenarios.check_timetable import TimetableTables, calls_by_train
 from scenarios.faults import Fault, meant
 from scenarios.files import Table
-from scenarios.schema import CallRow, QuantileRow, RollingStockFile, ScenarioFile, SweepEntry
+from scenarios.schema import (
+    CallRow,
+    Controller,
+    QuantileRow,
+    RollingStockFile,
+    ScenarioFile,
+    SweepEntry,
+)
 
+PAIR_OR_PEER = "both protection and operation, or peer alone"
 MOST_DELAYS = 1000
 """Runs of one controller in a sweep. [-]"""
 
@@ -68,7 +76,7 @@ def step_faults(settings: ScenarioFile, file: str) -> list[Fault]:
 
 def controller_faults(settings: ScenarioFile, file: str) -> list[Fault]:
     """
-    Return names of controllers that would share one folder of results.
+    Return controllers that are no whole pair of layers, or would share one folder of results.
 
     Parameters
     ----------
@@ -89,7 +97,26 @@ def controller_faults(settings: ScenarioFile, file: str) -> list[Fault]:
         if other != name:
             problem = f"differs from {other!r} only by capital letters"
             faults.append(Fault(file, f"controllers.{name}", problem, "every name once"))
+    for name, controller in settings.controllers.items():
+        faults += [
+            Fault(file, f"controllers.{name}.{key}", problem, PAIR_OR_PEER)
+            for key, problem in _layer_problems(controller)
+        ]
+    if not any(controller.by_default for controller in settings.controllers.values()):
+        problem, allowed = "none runs by default", "one without by_default = false"
+        faults.append(Fault(file, "controllers", problem, allowed))
     return faults
+
+
+def _layer_problems(controller: Controller) -> Iterator[tuple[str, str]]:
+    """Yield the keys of a controller that are missing or too many."""
+    for key in ("protection", "operation"):
+        options = f"{key}_options"
+        if controller.peer is None and getattr(controller, key) is None:
+            yield key, "is missing"
+        if controller.peer is not None:
+            named = (key, options)
+            yield from ((name, "stands beside peer") for name in named if getattr(controller, name))
 
 
 def sweep_faults(settings: ScenarioFile, file: str) -> list[Fault]:

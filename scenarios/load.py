@@ -1,6 +1,7 @@
 """From a scenario folder to a scenario: the one place where field units become SI."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from railway.dwell import DwellDelays, Overstay
@@ -76,7 +77,10 @@ def load(folder: Path) -> Scenario:
     return Scenario(
         name=folder.resolve().name,
         title=main.title,
-        line=to_line(line, folders["line"].resolve().name),
+        line=replace(
+            to_line(line, folders["line"].resolve().name),
+            release_delay_s=main.train_detection.release_delay_s,
+        ),
         train_types=to_train_types(stock),
         timetable=_to_timetable(timetable, line),
         dwell_delays=_to_delays(main, quantiles, timetable),
@@ -143,6 +147,7 @@ def read_line(reader: Reader, folder: Path) -> LineTables:
         curves=reader.csv(folder / "curves.csv", "line", schema.CurveRow, optional=True),
         balises=reader.csv(folder / "balises.csv", "line", schema.BaliseRow, optional=True),
         blocks=reader.csv(folder / "blocks.csv", "line", schema.BlockRow, optional=True),
+        circuits=reader.csv(folder / "circuits.csv", "line", schema.CircuitRow, optional=True),
         geometry=reader.csv(folder / "geometry.csv", "line", schema.GeometryRow, optional=True),
     )
 
@@ -236,13 +241,18 @@ def to_line(tables: LineTables, name: str) -> Line:
             for row in sorted(tables.curves, key=lambda row: row.start_km)
         ),
         balises_m=tuple(_m(row.chainage_km) for row in tables.balises),
-        blocks=tuple(
-            Block(row.id, row.track, _m(row.start_km), _m(row.end_km))
-            for row in sorted(tables.blocks, key=lambda row: (row.start_km, row.row))
-        ),
+        blocks=_to_blocks(tables.blocks),
+        circuits=_to_blocks(tables.circuits),
         geometry_lon_lat_deg=tuple(
             (_m(row.chainage_km), row.lon_deg, row.lat_deg) for row in tables.geometry
         ),
+    )
+
+
+def _to_blocks(rows: Iterable[schema.BlockRow]) -> tuple[Block, ...]:
+    return tuple(
+        Block(row.id, row.track, _m(row.start_km), _m(row.end_km))
+        for row in sorted(rows, key=lambda row: (row.start_km, row.row))
     )
 
 
@@ -356,7 +366,13 @@ def _to_delays(
 def _to_controllers(main: schema.ScenarioFile) -> tuple[ControllerSpec, ...]:
     return tuple(
         ControllerSpec(
-            name, item.protection, item.operation, item.protection_options, item.operation_options
+            name,
+            item.protection or "",
+            item.operation or "",
+            item.protection_options,
+            item.operation_options,
+            item.peer,
+            item.by_default,
         )
         for name, item in main.controllers.items()
     )

@@ -65,6 +65,7 @@ Name: TypeAlias = Annotated[
     StringConstraints(pattern=r"^[A-Za-z0-9_.\-]{1,60}$"),
     Field(description=_NAME_TEXT),
 ]
+OptionalName: TypeAlias = Annotated[Name | None, Field(description=_NAME_TEXT)]
 Text: TypeAlias = Annotated[str, StringConstraints(min_length=1, max_length=200)]
 Clock: TypeAlias = Annotated[str, BeforeValidator(_clock), Field(description=_CLOCK_TEXT)]
 Kilometre: TypeAlias = Annotated[float, Cell, Field(ge=-1000.0, le=10000.0)]
@@ -80,12 +81,18 @@ class _Checked(BaseModel):
 
 
 class Controller(_Checked):
-    """A named pair of protection and operation; its options are checked by their owners."""
+    """
+    A named pair of protection and operation, or a peer.
 
-    protection: Name
-    operation: Name
+    The options are checked by their owners.
+    """
+
+    peer: OptionalName = None
+    protection: OptionalName = None
+    operation: OptionalName = None
     protection_options: dict[str, Option] = {}
     operation_options: dict[str, Option] = {}
+    by_default: bool = True
 
 
 class DwellSettings(_Checked):
@@ -95,6 +102,12 @@ class DwellSettings(_Checked):
     scale: float = Field(1.0, ge=0.0, le=100.0)
     cap_s: float = Field(300.0, ge=0.0, le=7200.0)
     trip_correlation: float = Field(0.0, ge=0.0, lt=1.0)
+
+
+class DetectionSettings(_Checked):
+    """Train detection by track circuits."""
+
+    release_delay_s: float = Field(1.0, ge=0.0, le=60.0)
 
 
 class OverstayEntry(_Checked):
@@ -136,6 +149,7 @@ class ScenarioFile(_Checked):
     rolling_stock: Text = "."
     timetable: Text = "."
     dwell_delays: DwellSettings | None = None
+    train_detection: DetectionSettings = DetectionSettings()
     overstays: tuple[OverstayEntry, ...] = Field((), strict=False)
     sweep: SweepEntry | None = None
     published: PublishedEntry | None = None
@@ -260,6 +274,10 @@ class BlockRow(StretchRow):
 
     id: Name
     track: Name
+
+
+class CircuitRow(BlockRow):
+    """A row of ``circuits.csv``: one of the track circuits that a block is divided into."""
 
 
 class GeometryRow(Row):
@@ -396,6 +414,7 @@ def _allowed(field: FieldInfo) -> str:
     if get_origin(field.annotation) is Literal:
         return " or ".join(str(value) for value in get_args(field.annotation))
     kinds = {float: "a number", int: "a whole number", str: "text", float | None: "a number"}
+    kinds |= {bool: "true or false"}
     kind = kinds.get(field.annotation)  # type: ignore[arg-type]
     signs = {"gt": "above", "ge": "from", "lt": "below", "le": "up to"}
     signs |= {"min_length": "of length", "max_length": "up to"}

@@ -40,6 +40,7 @@ def drive_once(
         leader=np.array([-1]),
         follows=~one,
         clear_to_m=np.array([limit_m]),
+        granted_m=np.array([limit_m]),
         next_call=np.array([1]),
         stop_m=np.array([stop_m]),
         arrival_s=np.array([25_200.0]),

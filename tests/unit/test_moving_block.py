@@ -13,10 +13,11 @@ from controllers.options import OptionError
 from controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from railway.line import SpeedLimit
 from railway.scenario import ControllerSpec
-from railway.state import Advice, Events, LineState, Reason
+from railway.state import Advice, LineState, Reason
 from railway.world import World
 from tests.property.dense_run import Radio
 from tests.property.runs import random_limits
+from tests.states import behind
 from tests.worlds import two_station_scenario, world_of
 
 LENGTH_M, BRAKE_MPS2, STEP_S = 200.0, 1.0, 0.5
@@ -42,35 +43,6 @@ def world_with(
 
 def radio_of(*balises_m: float) -> Radio:
     return Radio(0.001, 0.5, 2.0, (0.0, *balises_m))
-
-
-def behind(
-    world: World,
-    leader_m: float,
-    follower_m: float,
-    speed_mps: float = 0.0,
-    *,
-    clear_to_m: float = np.inf,
-    follows: bool = True,
-) -> LineState:
-    """A leader in row 0 and a follower in row 1, both on the way to ``east``."""
-    front_m = np.array([leader_m, follower_m])
-    tail_m = front_m - LENGTH_M
-    return LineState(
-        time_s=25_300.0,
-        front_m=front_m,
-        tail_m=tail_m,
-        speed_mps=np.array([0.0, speed_mps]),
-        present=np.ones(2, dtype=np.bool_),
-        running=np.ones(2, dtype=np.bool_),
-        leader=np.array([-1, 0]),
-        follows=np.array([False, follows]),
-        clear_to_m=np.array([world.far_m, min(clear_to_m, tail_m[0]) if follows else clear_to_m]),
-        next_call=np.ones(2, dtype=np.intp),
-        stop_m=world.stop_m[:, 1],
-        arrival_s=np.full(2, 25_200.0),
-        events=Events(),
-    )
 
 
 def limit_m(options: MovingBlockOptions, world: World, state: LineState) -> float:
@@ -232,7 +204,7 @@ def test_what_is_foretold_is_what_is_authorised(
     world = world_with(*balises_m)
     protection = MovingBlock(world, replace(options, exclusive_platform=exclusive))
     fronts_m = np.arange(550.0, 1900.0, 3.7)
-    foretold_m = protection.limit_behind_m(1, 1, 0, fronts_m)
+    foretold_m = protection.limit_behind_m(1, 1, 0, fronts_m, np.zeros_like(fronts_m))
     memory = protection.initial()
     for leader_m, expected_m in zip(fronts_m.tolist(), foretold_m.tolist(), strict=True):
         # As if it had passed every balise that it will pass.

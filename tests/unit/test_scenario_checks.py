@@ -126,6 +126,30 @@ CASES = {
     "delay falling": ("dwell_quantiles.csv", "0.5,4", "0.5,99", "row 4, column delay_s"),
 }
 
+CIRCUITS = """\
+id,track,start_km,end_km
+n1a,north-1,-0.3,0.1
+n1b,north-1,0.1,0.5
+m1a,middle-1,1.2,1.25
+m1b,middle-1,1.25,1.6
+"""
+
+CIRCUIT_CASES = {
+    "before the line": ("n1a,north-1,-0.3", "n1a,north-1,-0.4", "row 2, column start_km", "-0.3"),
+    "outside any block": ("1.25,1.6", "1.7,1.8", "row 5, column start_km", "from 1.2 to below 1.6"),
+    "unknown track": ("m1a,middle-1", "m1a,middel-1", "row 4, column track", "'middle-1'"),
+    "gap": ("1.25,1.6", "1.3,1.6", "row 5, column start_km", "1.25"),
+    "overlap": ("1.25,1.6", "1.24,1.6", "row 5, column start_km", "1.25"),
+    "late start": ("n1a,north-1,-0.3", "n1a,north-1,-0.2", "row 2, column start_km", "-0.3"),
+    "early end": ("1.25,1.6", "1.25,1.5", "row 5, column end_km", "1.6"),
+    "into the next block": ("0.1,0.5", "0.1,0.6", "row 3, column end_km", "0.5"),
+    "twice": ("m1b", "m1a", "row 5, column id", "every id once"),
+    "no length": ("1.25,1.6", "1.25,1.25", "row 5, column end_km", "above 1.25"),
+    "unknown column": ("end_km\n", "end_kn\n", "row 1, column end_kn", "end_km"),
+    "missing column": (",end_km\n", "\n", "row 1, column end_km", "start_km,end_km,id,track"),
+    "no number": ("1.25,1.6", "1.25,x", "row 5, column end_km", "number"),
+}
+
 
 @pytest.mark.parametrize(("file", "old", "new", "where"), CASES.values(), ids=CASES)
 def test_contradiction(tmp_path: Path, file: str, old: str, new: str, where: str) -> None:
@@ -189,3 +213,40 @@ def test_one_fault_has_no_followers(tmp_path: Path) -> None:
     assert [(fault.file, fault.where) for fault in caught.value.faults] == [
         ("stations.csv", "row 3, column chainage_km")
     ]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "where", "allowed"), CIRCUIT_CASES.values(), ids=CIRCUIT_CASES
+)
+def test_circuits(tmp_path: Path, old: str, new: str, where: str, allowed: str) -> None:
+    folder = write_scenario(tmp_path)
+    (folder / "circuits.csv").write_text(CIRCUITS, encoding="utf-8")
+    load(folder)
+    replace(folder, "circuits.csv", old, new)
+    with pytest.raises(ScenarioError) as caught:
+        load(folder)
+    faults = caught.value.faults
+    assert {fault.file for fault in faults} == {"circuits.csv"}
+    assert any(fault.where == where and allowed in fault.allowed for fault in faults)
+    assert all(fault.problem for fault in faults)
+
+
+def test_one_wrong_circuit_has_no_followers(tmp_path: Path) -> None:
+    folder = write_scenario(tmp_path)
+    wrong = CIRCUITS.replace("n1a,north-1,-0.3,0.1", "n1a,north-1,-0.3,x")
+    (folder / "circuits.csv").write_text(wrong, encoding="utf-8")
+    with pytest.raises(ScenarioError) as caught:
+        load(folder)
+    assert [(fault.file, fault.where) for fault in caught.value.faults] == [
+        ("circuits.csv", "row 2, column end_km")
+    ]
+
+
+def test_circuits_without_blocks_are_refused_once(tmp_path: Path) -> None:
+    folder = write_scenario(tmp_path)
+    (folder / "circuits.csv").write_text(CIRCUITS, encoding="utf-8")
+    (folder / "blocks.csv").unlink()
+    with pytest.raises(ScenarioError) as caught:
+        load(folder)
+    (fault,) = caught.value.faults
+    assert (fault.file, fault.where, fault.allowed) == ("circuits.csv", "", "with blocks.csv")

@@ -10,6 +10,8 @@ from railway.line import SpeedLimit
 from scenarios import Fault, ScenarioError, load
 from tests.unit.scenario_folder import FILES, replace, write_scenario
 
+DETECTION = "[train_detection]\nrelease_delay_s = 2.5\n\n"
+
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
@@ -68,6 +70,47 @@ def test_optional_files_may_be_absent(folder: Path) -> None:
     scenario = load(folder)
     assert scenario.line.blocks == ()
     assert scenario.dwell_delays.scale == 1.0
+
+
+def test_circuits_divide_their_blocks_and_other_blocks_are_one_circuit(folder: Path) -> None:
+    rows = "id,track,start_km,end_km\nm1b,middle-1,1.25,1.6\nm1a,middle-1,1.2,1.25\n"
+    (folder / "circuits.csv").write_text(rows, encoding="utf-8")
+    replace(folder, "scenario.toml", "[[overstays]]", DETECTION + "[[overstays]]")
+    line = load(folder).line
+    assert line.release_delay_s == 2.5
+    circuits = [(piece.id, piece.start_m, piece.end_m) for piece in line.track_circuits]
+    assert circuits == [
+        ("n1", -300.0, 500.0),
+        ("n2", 500.0, 1200.0),
+        ("m1a", 1200.0, 1250.0),
+        ("m1b", 1250.0, 1600.0),
+        ("m2", 1200.0, 1600.0),
+        ("s1", 1600.0, 2500.0),
+        ("s2", 2500.0, 3500.0),
+    ]
+
+
+def test_without_circuits_every_block_is_one_and_is_released_after_a_second(folder: Path) -> None:
+    line = load(folder).line
+    assert line.track_circuits == line.blocks
+    assert line.release_delay_s == 1.0
+
+
+@pytest.mark.parametrize(
+    ("new", "where", "allowed"),
+    [
+        ("release_delay_s = -0.5", "release_delay_s", "from 0 up to 60"),
+        ("release_delay_s = 61.0", "release_delay_s", "from 0 up to 60"),
+        ('release_delay_s = "long"', "release_delay_s", "number"),
+        ("release_delay = 1.0", "release_delay", "'release_delay_s'"),
+    ],
+)
+def test_train_detection(folder: Path, new: str, where: str, allowed: str) -> None:
+    detection = DETECTION.replace("release_delay_s = 2.5", new)
+    replace(folder, "scenario.toml", "[[overstays]]", detection + "[[overstays]]")
+    fault = only_fault(folder)
+    assert (fault.file, fault.where) == ("scenario.toml", f"train_detection.{where}")
+    assert allowed in fault.allowed
 
 
 def test_another_folder_lends_its_line(folder: Path, tmp_path: Path) -> None:
@@ -158,7 +201,19 @@ def test_rolling_stock(folder: Path, old: str, new: str, where: str, says: str) 
         ("trip_correlation = 0.3", "trip_correlation = 1.0", "dwell_delays.trip_correlation"),
         ("margin_m = 10.0", "margin_m = inf", "controllers.plain.protection_options.margin_m"),
         ("margin_m = 10.0", 'margin_m = "x"', "controllers.plain.protection_options.margin_m"),
+        (
+            "margin_m = 10.0",
+            "margin_m = [1, true]",
+            "controllers.plain.protection_options.margin_m",
+        ),
+        ("margin_m = 10.0", "margin_m = []", "controllers.plain.protection_options.margin_m"),
         ('operation = "close_up"', "", "controllers.plain.operation"),
+        (
+            'operation = "close_up"',
+            'operation = "close_up"\nby_default = 1',
+            "controllers.plain.by_default",
+        ),
+        ('operation = "close_up"', 'operation = "close_up"\nby_default = false', "controllers"),
         ('train = "A1"', 'train = "A9"', "overstays.0.train"),
         ('station = "middle"', 'station = "midle"', "overstays.0.station"),
         ("delay_s = 90.0", "delay_s = -1.0", "overstays.0.delay_s"),
@@ -167,6 +222,12 @@ def test_rolling_stock(folder: Path, old: str, new: str, where: str, says: str) 
 def test_main_file(folder: Path, old: str, new: str, where: str) -> None:
     replace(folder, "scenario.toml", old, new)
     assert ("scenario.toml", where) in {(f.file, f.where) for f in faults_of(folder)}
+
+
+def test_an_option_may_be_a_list_of_numbers(folder: Path) -> None:
+    replace(folder, "scenario.toml", "margin_m = 10.0", "margin_m = [90, 45.5, 0]")
+    options = load(folder).controllers[0].protection_options
+    assert options == {"margin_m": (90.0, 45.5, 0.0)}
 
 
 def test_the_same_controller_twice(folder: Path) -> None:
