@@ -32,6 +32,7 @@ INDICATORS: Mapping[str, str] = {
     "energy_gross_kwh": "energy, gross",
     "energy_net_kwh": "energy, net",
     "scheduled_speed_kmh": "scheduled speed",
+    "jerk_mps3": "jerk, r.m.s.",
 }
 """Indicators that are compared, and what a reader calls them."""
 CONFIDENCE = 0.95
@@ -145,7 +146,9 @@ def _cell_text(cell: Mapping[str, Any], *, baseline: bool) -> str:
     mean, change_pct, interval = cell["mean"], cell["change_pct"], cell["confidence_95"]
     if np.isnan(mean):
         return "-"
-    text = f"{mean:,.0f}" if abs(mean) >= 1000.0 else f"{mean:.1f}"
+    text = (
+        f"{mean:,.0f}" if abs(mean) >= 1000.0 else f"{mean:.{2 if 0.0 < abs(mean) < 1.0 else 1}f}"
+    )
     if baseline or np.isnan(change_pct):
         return text
     # Adding nothing turns a rounded -0.0 into 0.0.

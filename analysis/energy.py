@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
+from analysis.comfort import jerk_mps3
 from analysis.schema import typed_frame
 from railway.records import ENERGY, RunRecord
 
@@ -49,6 +50,7 @@ def energy_frame(record: RunRecord) -> pd.DataFrame:
             "recovered_kwh": account.recovered_j / JOULES_PER_KWH,
             "net_kwh": (account.consumed_j - account.recovered_j) / JOULES_PER_KWH,
             "interstation_crawl_time_s": record.crawl_s,
+            "jerk_mps3": jerk_mps3(record),
             "completed": record.completed,
         },
         ENERGY,

@@ -37,6 +37,7 @@ SUMMARY = (
     Column("energy_gross_kwh", "float64", "kWh", "traction work / efficiency + auxiliaries"),
     Column("energy_recovered_kwh", "float64", "kWh", "recovered braking work x efficiency"),
     Column("energy_net_kwh", "float64", "kWh", "gross minus recovered"),
+    Column("jerk_mps3", "float64", "m/s3", "change of acceleration, mean of the trains' r.m.s."),
     Column("violations", "int64", "", "safety invariants that did not hold, collisions included"),
     Column("collisions", "int64", "", "those of them that are collisions"),
 )
@@ -89,6 +90,7 @@ def _summary_row(run: RunTables) -> dict[str, object]:
         "energy_gross_kwh": energy.gross_kwh,
         "energy_recovered_kwh": energy.recovered_kwh,
         "energy_net_kwh": energy.net_kwh,
+        "jerk_mps3": run.energy["jerk_mps3"].mean(),
         "violations": len(run.violations),
         "collisions": int((run.violations["kind"] == "collision").sum()),
     }

@@ -13,14 +13,19 @@ from typing import Any, NamedTuple, TypeAlias
 from controllers.drive import TractionDrive
 from controllers.operation.approach_point import ApproachPointControl, ApproachPointOptions
 from controllers.operation.close_up import CloseUp, CloseUpOptions
+from controllers.operation.eco import Eco, EcoOptions
 from controllers.operation.two_stage import TwoStage, TwoStageOptions
 from controllers.options import OptionError
+from controllers.peers import PEERS, build_peer
+from controllers.protection.atd import Atd, AtdOptions
 from controllers.protection.moving_block import MovingBlock, MovingBlockOptions
+from controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
+from controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
 from railway.control import Controller
 from railway.scenario import ControllerSpec, Option
 from railway.world import World
 
-__all__ = ["OPERATIONS", "PROTECTIONS", "ControllerError", "build", "options_of"]
+__all__ = ["OPERATIONS", "PEERS", "PROTECTIONS", "ControllerError", "build", "options_of"]
 
 
 class Layer(NamedTuple):
@@ -42,6 +47,15 @@ PROTECTIONS: Registry = {
     "moving_block": Layer(
         MovingBlock, MovingBlockOptions, "up to the leader's rear, taken as standing"
     ),
+    "multi_step_atc": Layer(
+        MultiStepAtc, MultiStepAtcOptions, "a speed code per block by the free blocks ahead"
+    ),
+    "atd": Layer(Atd, AtdOptions, "one braking curve over the same blocks, as a fine staircase"),
+    "relative_braking": Layer(
+        RelativeBraking,
+        RelativeBrakingOptions,
+        "counts on the leader's braking distance: NOT safe if a leader derails or collides",
+    ),
 }
 
 OPERATIONS: Registry = {
@@ -58,6 +72,9 @@ OPERATIONS: Registry = {
         ApproachPointControl,
         ApproachPointOptions,
         "passes the approach point when the way becomes free (Sakai 2020)",
+    ),
+    "eco": Layer(
+        Eco, EcoOptions, "arrives at the booked time with the least energy (Kawashima 1991)"
     ),
 }
 
@@ -101,15 +118,27 @@ def build(spec: ControllerSpec, world: World) -> Controller:
         If a layer or an option is unknown, or an option's value is not allowed.
     """
     where = f"controllers.{spec.name}"
+    if spec.peer is not None:
+        try:
+            return build_peer(spec.name, spec.peer, world)
+        except OptionError as error:
+            raise ControllerError(
+                where=f"{where}.peer", problem=error.problem, allowed=error.allowed
+            ) from error
     make_protection, protection_options = _choose(
         PROTECTIONS, f"{where}.protection", spec.protection, spec.protection_options
     )
     make_operation, operation_options = _choose(
         OPERATIONS, f"{where}.operation", spec.operation, spec.operation_options
     )
-    protection = make_protection(world, protection_options)
+    try:
+        protection = make_protection(world, protection_options)
+    except OptionError as error:
+        raise ControllerError(
+            where=f"{where}.protection", problem=error.problem, allowed=error.allowed
+        ) from error
     operation = make_operation(world, operation_options, protection)
-    return Controller(spec.name, protection, operation, TractionDrive(world))
+    return Controller(spec.name, protection, operation, TractionDrive(world), protection.separation)
 
 
 def options_of(spec: ControllerSpec) -> dict[str, dict[str, Option]]:
@@ -124,8 +153,10 @@ def options_of(spec: ControllerSpec) -> dict[str, dict[str, Option]]:
     Returns
     -------
     dict[str, dict[str, Option]]
-        Options by layer.
+        Options by layer; a peer has none.
     """
+    if spec.peer is not None:
+        return {}
     return {
         "protection": asdict(PROTECTIONS[spec.protection].options(**spec.protection_options)),
         "operation": asdict(OPERATIONS[spec.operation].options(**spec.operation_options)),

@@ -1,6 +1,7 @@
 """The layers of train control, as IEEE 1474.1 names them: protection, operation, drive."""
 
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from railway.arrays import FloatArray, IntArray
@@ -8,6 +9,15 @@ from railway.profile import Profile
 from railway.state import Advice, Authority, LineState
 
 Memory = TypeVar("Memory")
+
+
+class Separation(Enum):
+    """What keeps a train apart from the one ahead, and what the monitor holds it to."""
+
+    STANDING = "stops before the train ahead, taken as standing"
+    BLOCKS = "and never enters an occupied block"
+    CIRCUITS = "and never enters an occupied track circuit"
+    BRAKING = "stops before where the train ahead comes to a stand with its emergency brake"
 
 
 class Command(NamedTuple):
@@ -32,13 +42,36 @@ class Foresight(Protocol):
         """The delay of every authority. [s]"""
         ...
 
+    @property
+    def release_delay_s(self) -> float:
+        """How old the leader's place is that an authority counts on, at most. [s]"""
+        ...
+
+    @property
+    def idle_time_s(self) -> float:
+        """Who is permitted less than it runs for no longer need not brake. [s]"""
+        ...
+
     def limit_behind_m(
-        self, row: int, call: int, leader: int, leader_front_m: FloatArray
+        self,
+        row: int,
+        call: int,
+        leader: int,
+        leader_front_m: FloatArray,
+        leader_speed_mps: FloatArray,
     ) -> FloatArray:
         """
-        Return the limits of a train on the way to a call, by places of its leader's front.
+        Return the limits of a train on the way to a call, by places and speeds of its leader.
 
-        The places are [m], shape (n_places,), and so are the limits.
+        All are of shape (n_places,), in [m] and [m/s].
+        """
+        ...
+
+    def permitted_mps(self, row: int, front_m: FloatArray, limit_m: FloatArray) -> FloatArray:
+        """
+        Return the speed that is permitted to a front under a limit that stays.
+
+        Places and limits are [m], the speeds [m/s], all of shape (n_places,).
         """
         ...
 
@@ -89,3 +122,6 @@ class Controller:
     protection: Protection[Any]
     operation: Operation[Any]
     drive: Drive
+    separation: Separation = Separation.STANDING
+    peer: bool = False
+    """The engine drives the trains itself: only what it reports is judged, not our rules."""

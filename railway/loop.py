@@ -55,8 +55,13 @@ def simulate(
     """
     protection, operation, drive = controller.protection, controller.operation, controller.drive
     tracker = Tracker(world)
-    monitor, energy, standing = Monitor(world), EnergyMeter(world), StandstillWatch(world)
-    recorder = Recorder(world, drive, (monitor, energy, standing))
+    monitor, energy, standing = (
+        Monitor(world, controller.separation),
+        EnergyMeter(world),
+        StandstillWatch(world),
+    )
+    judges = () if controller.peer else (monitor,)
+    recorder = Recorder(world, drive, (*judges, energy, standing))
     permitted, planned = protection.initial(), operation.initial()
     last_booked_s = float(
         np.max(world.booked_departure_s, initial=0.0, where=np.isfinite(world.booked_departure_s))

@@ -11,6 +11,7 @@ import numpy as np
 
 from railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
+from railway.control import Separation
 from railway.line import Turnout
 from railway.recorder import StepBlock
 from railway.records import Violation
@@ -22,15 +23,21 @@ STOP_TOLERANCE_M = 0.5
 """A front further beyond its stop than this has missed it. [m]"""
 SPEED_TOLERANCE_MPS = 0.01
 ACCELERATION_TOLERANCE_MPS2 = 0.02
+BRAKING_ROUNDS = 6
 HALTING_MPS = 0.1
 """An engine may take this last bit of speed away when a stop begins. [m/s]"""
 
 
 class Monitor:
-    """Checks authority, spacing, line limits and acceleration bounds."""
+    """Checks authority, spacing, blocks, line limits and acceleration bounds."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, separation: Separation = Separation.STANDING) -> None:
         self._world = world
+        self._separation = separation
+        self._exclusive = {
+            Separation.BLOCKS: world.line.blocks,
+            Separation.CIRCUITS: world.line.track_circuits,
+        }.get(separation, ())
         self._service_mps2 = world.of_type("service_brake_mps2")
         self._emergency_mps2 = world.of_type("emergency_brake_mps2")
         self._maximum_mps = world.of_type("maximum_speed_mps")
@@ -109,8 +116,10 @@ class Monitor:
         near_m = POSITION_TOLERANCE_M + strongest * self._world.step_s**2 / 8.0
         ahead_m = front_m + speed_mps * block.delay_s[:-1]
         yield "authority", self._overrun_m(ahead_m, speed_mps, limit_m, rows), near_m
-        next_tail_m = self._next_tail_m(block)
-        yield "spacing", self._overrun_m(front_m, speed_mps, next_tail_m, rows), near_m
+        next_rear_m = self._next_rear_m(block)
+        yield "spacing", self._overrun_m(front_m, speed_mps, next_rear_m, rows), near_m
+        if self._exclusive:
+            yield "block", self._inside_occupied_m(block), 0.0
         yield "fouling", self._inside_fouling_m(block), 0.0
         yield "stop", front_m - self._world.stop_m[rows, block.next_call[1:]], STOP_TOLERANCE_M
         yield "limit", speed_mps - self._limit_mps(front_m, rows), SPEED_TOLERANCE_MPS
@@ -140,8 +149,49 @@ class Monitor:
         overrun: FloatArray = (0.5 * np.square(speed_mps) - available) / brake
         return overrun
 
-    def _next_tail_m(self, block: StepBlock) -> FloatArray:
-        """Return the nearest tail ahead among all trains that will use the same track."""
+    def _rear_m(self, block: StepBlock) -> FloatArray:
+        """Return the rear that each train shows to the next one: where it may come to a stand."""
+        front_m, length_m = block.front_m[1:], self._world.length_m[block.rows]
+        tail_m: FloatArray = front_m - length_m
+        if self._separation is not Separation.BRAKING:
+            return tail_m
+        energy = 0.5 * np.square(block.speed_mps[1:])
+        gravity, emergency = self._gravity_mps2[block.rows], self._emergency_mps2[block.rows]
+        here_m = _mean_height_m(front_m, length_m, *self._height_knots)
+        braking_m = energy / emergency
+        # Gradients are a tenth of the brake at most, so each round leaves a tenth of the error.
+        for _ in range(BRAKING_ROUNDS):
+            there_m = _mean_height_m(front_m + braking_m, length_m, *self._height_knots)
+            braking_m = (energy - gravity * (there_m - here_m)) / emergency
+        return tail_m + braking_m
+
+    def _inside_occupied_m(self, block: StepBlock) -> FloatArray:
+        """Return how far each front is in a piece that it entered while a train was in it."""
+        inside_m = np.zeros(block.front_m[1:].shape)
+        column_of = {row: column for column, row in enumerate(block.rows.tolist())}
+        before_m, front_m = block.front_m[:-1], block.front_m[1:]
+        tail_m = front_m - self._world.length_m[block.rows]
+        for piece in self._exclusive:
+            users = self._users[piece.track]
+            columns = [column_of[row] for row in users if row in column_of]
+            passing = (before_m[:, columns] <= piece.start_m) & (
+                front_m[:, columns] > piece.start_m
+            )
+            for step, place in np.argwhere(passing & block.present[:, columns]).tolist():
+                column = columns[place]
+                others = [other for other in columns if other != column]
+                occupied = (
+                    block.present[step, others]
+                    & (front_m[step, others] > piece.start_m)
+                    & (tail_m[step, others] < piece.end_m)
+                )
+                if occupied.any():
+                    inside_m[step, column] = front_m[step, column] - piece.start_m
+        return inside_m
+
+    def _next_rear_m(self, block: StepBlock) -> FloatArray:
+        """Return the nearest rear ahead among all trains that will use the same track."""
+        rear_m = self._rear_m(block)
         nearest_m = np.full(block.front_m[1:].shape, self._world.far_m)
         column_of = {row: column for column, row in enumerate(block.rows.tolist())}
         for track, users in self._users.items():
@@ -151,6 +201,7 @@ class Monitor:
                 _nearest_on_track(
                     block.front_m[1:],
                     self._world.length_m[block.rows],
+                    rear_m,
                     block.present,
                     columns,
                     (place.start_m, place.end_m),
@@ -199,6 +250,7 @@ class Monitor:
         bound = {
             "authority": f"could not stop before its end of authority by {excess:.2f} m",
             "spacing": f"could not stop before the train ahead by {excess:.2f} m",
+            "block": f"entered an occupied block by {excess:.2f} m",
             "fouling": f"was {excess:.1f} m inside points that another train was passing",
             "stop": f"ran past its stop by {excess:.2f} m",
             "limit": f"was {3.6 * excess:.1f} km/h above the line limit",
@@ -254,15 +306,16 @@ def _mean_height_m(
 
 
 @compiled
-def _nearest_on_track(
+def _nearest_on_track(  # noqa: PLR0917 - compiled functions take plain arrays
     front_m: FloatArray,
     length_m: FloatArray,
+    rear_m: FloatArray,
     present: BoolArray,
     columns: IntArray,
     ends_m: tuple[float, float],
     nearest_m: FloatArray,
 ) -> None:
-    """Lower ``nearest_m`` to the nearest tail ahead on one track, step by step."""
+    """Lower ``nearest_m`` to the nearest rear ahead on one track, step by step."""
     start_m, end_m = ends_m
     order = columns.copy()
     for step in range(front_m.shape[0]):
@@ -280,7 +333,7 @@ def _nearest_on_track(
                 continue
             nearest_m[step, column] = min(nearest_m[step, column], lowest_m)
             if front_m[step, column] > start_m:
-                lowest_m = min(lowest_m, max(tail_m, start_m))
+                lowest_m = min(lowest_m, max(rear_m[step, column], start_m))
 
 
 @compiled

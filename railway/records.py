@@ -65,6 +65,9 @@ ENERGY = (
     Column("recovered_kwh", "float64", "kWh", "recovered braking work x efficiency"),
     Column("net_kwh", "float64", "kWh", "gross minus recovered"),
     Column("interstation_crawl_time_s", "float64", "s", "below 10 km/h off platforms, with stops"),
+    Column(
+        "jerk_mps3", "float64", "m/s3", "change of acceleration, root mean square while running"
+    ),
     Column("completed", "bool", "", "left at the end of the line"),
 )
 VIOLATIONS = (
@@ -74,7 +77,7 @@ VIOLATIONS = (
         "kind",
         "str",
         "",
-        "authority, spacing, fouling, stop, limit, acceleration, collision or stalled",
+        "authority, spacing, block, fouling, stop, limit, acceleration, collision or stalled",
     ),
     Column("excess", "float64", "m, m/s or m/s2", "by how much the bound was passed"),
     Column("message", "str", "", "the same in a sentence"),

@@ -279,7 +279,9 @@ class ApproachPointControl:
         from_m, to_m = leaders_m[0], min(leaders_m[1], leaders_m[0] + LOOK_AHEAD_M)
         away = fastest(way_on(profile, ahead, world.train_types[ahead], (from_m, to_m)))
         fronts_m = np.arange(from_m, to_m, MOMENT_M)
-        limits_m = self._foresight.limit_behind_m(row, call, leader, fronts_m)
+        speeds_mps = np.interp(fronts_m, away.chainage_m, away.speed_mps)
+        limits_m = self._foresight.limit_behind_m(row, call, leader, fronts_m, speeds_mps)
+        permitted_after_s = away.time_s + self._foresight.release_delay_s
         return Site(
             profile=profile,
             row=kind,
@@ -287,7 +289,7 @@ class ApproachPointControl:
             stop_m=leaders_m[0],
             delay_s=self._foresight.delay_s,
             limit_m=np.maximum.accumulate(limits_m),
-            since_departure_s=np.interp(fronts_m, away.chainage_m, away.time_s),
+            since_departure_s=np.interp(fronts_m, away.chainage_m, permitted_after_s),
         )
 
 

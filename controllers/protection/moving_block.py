@@ -10,17 +10,23 @@ last balise surround every train, the front counts as further on by the delay of
 and the platform section may be kept for one train at a time (Sakai et al. 2020, section 3.1).
 """
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from controllers.options import require
+from controllers.protection.ceiling import (
+    CeilingFigures,
+    LineCeiling,
+    braked_to_mps,
+    ceiling_ahead_mps,
+)
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.buffers import Buffers, drifted_buffer_m, reaching_front_m
 from railway.compiled import compiled, count_up_to
-from railway.profile import at, build_profile
+from railway.control import Separation
+from railway.profile import build_profile
 from railway.state import Authority, LineState
 from railway.world import World
 
@@ -82,6 +88,10 @@ class Ahead(NamedTuple):
 class MovingBlock:
     """Moving block with a constant margin, buffers, and platform sections for one train."""
 
+    separation = Separation.STANDING
+    release_delay_s = 0.0
+    idle_time_s = 0.0
+
     def __init__(self, world: World, options: MovingBlockOptions) -> None:
         buffers = options.buffers(world)
         self._world = world
@@ -89,12 +99,9 @@ class MovingBlock:
         if not buffers.none:
             self.profile = build_profile(world.line, world.train_types, world.step_s, buffers)
         self.delay_s = buffers.delay_s
+        self._square = 2.0 * self.profile.potential_m2ps2.ravel()
         self._delays_s = np.full(world.size, buffers.delay_s)
-        self._ceiling_square = 2.0 * self.profile.ceiling_m2ps2.ravel()
-        # Nobody is further ahead after a step than with its starting acceleration throughout.
-        steepest = -np.minimum(self.profile.drag_mps2.min(axis=1), 0.0)[world.type_index]
-        most_mps2 = world.of_type("starting_acceleration_mps2") + steepest
-        self._reach_m = 0.5 * world.step_s**2 * most_mps2
+        self._ceiling = LineCeiling(world, self.profile)
         self._spacing = (
             options.margin_m,
             buffers.error_ratio,
@@ -142,17 +149,19 @@ class MovingBlock:
             state.leader,
             state.follows,
             memory.section_m,
-            self._world.row_start,
-            self._ceiling_square,
-            self._reach_m,
-            self._world.step_s,
+            self._ceiling.figures,
             self._spacing,
             *self._corrections_m,
         )
         return Authority(limit_m, ceiling_mps, self._delays_s), memory
 
     def limit_behind_m(
-        self, row: int, call: int, leader: int, leader_front_m: FloatArray
+        self,
+        row: int,
+        call: int,
+        leader: int,
+        leader_front_m: FloatArray,
+        leader_speed_mps: FloatArray,  # noqa: ARG002 - the leader is taken as standing
     ) -> FloatArray:
         """
         Return the end of authority that a train outside the platform will have.
@@ -169,6 +178,8 @@ class MovingBlock:
             Row of its leader, which goes or stands on its way.
         leader_front_m
             Where the leader's front may be. [m], shape (n_places,)
+        leader_speed_mps
+            Its speed there. [m/s], shape (n_places,)
 
         Returns
         -------
@@ -180,6 +191,27 @@ class MovingBlock:
         return _limits_behind_m(
             leader_front_m, length_m, (start_m, end_m), self._spacing, *self._corrections_m
         )
+
+    def permitted_mps(self, row: int, front_m: FloatArray, limit_m: FloatArray) -> FloatArray:
+        """
+        Return the speed from which the service brake keeps a limit that stays.
+
+        Parameters
+        ----------
+        row
+            The train.
+        front_m
+            Places of its front. [m], shape (n_places,)
+        limit_m
+            Its limits. [m], shape (n_places,)
+
+        Returns
+        -------
+        FloatArray
+            Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
+        """
+        braked_mps = braked_to_mps(self._world, self._square, row, (front_m, limit_m), self.delay_s)
+        return np.minimum(braked_mps, self._ceiling.at_mps(row, front_m))
 
 
 @compiled
@@ -220,10 +252,7 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     leader: IntArray,
     follows: BoolArray,
     section_m: FloatArray,
-    row_start: FloatArray,
-    ceiling_square: FloatArray,
-    reach_m: FloatArray,
-    step_s: float,
+    line_ceiling: CeilingFigures,
     spacing: tuple[float, float, float, bool],
     balise_m: FloatArray,
     buffered_at_balise_m: FloatArray,
@@ -246,8 +275,9 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
             balise_m,
             buffered_at_balise_m,
         )
-        ahead_m = front_m[train] + speed_mps[train] * step_s + reach_m[train]
-        ceiling_mps[train] = math.sqrt(at(ceiling_square, ahead_m + row_start[train]))
+        ceiling_mps[train] = ceiling_ahead_mps(
+            line_ceiling, train, front_m[train], speed_mps[train]
+        )
     return limit_m, ceiling_mps
 
 

@@ -19,7 +19,7 @@ from railway.scenario import ControllerSpec, Scenario
 from railway.timetable import Call, Service
 from railway.world import World
 from tests.toy_engine import ToyEngine
-from tests.worlds import make_scenario, platform_for, straight_line, world_of
+from tests.worlds import blocks_every, make_scenario, platform_for, straight_line, world_of
 
 READY_S = 25_200.0
 GRAVITY = 9.80665
@@ -124,7 +124,11 @@ def solo_scenario(
 
 
 def loop_station_scenario(
-    trains: int = 3, headway_s: float = 90.0, *, one_starts_inside: bool = False
+    trains: int = 3,
+    headway_s: float = 90.0,
+    *,
+    one_starts_inside: bool = False,
+    block_m: float | None = None,
 ) -> Scenario:
     """
     Trains call at ``mid`` on ``north`` and ``south`` in turn, on one track before and after.
@@ -139,6 +143,13 @@ def loop_station_scenario(
     line = replace(
         straight_line(stops_m, 3000.0),
         name="loop station",
+        blocks=tuple(
+            block
+            for track in (tracks[0], north, south, tracks[1])
+            for block in blocks_every(track, block_m)
+        )
+        if block_m
+        else (),
         sections=(
             Section(0.0, 1000.0, (tracks[0],)),
             Section(1000.0, 1800.0, (north, south)),

@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from controllers import build
 from controllers.drive import TractionDrive
 from railway.arrays import IntArray
-from railway.control import Command, Controller, Drive, Protection
+from railway.control import Command, Controller, Drive, Protection, Separation
 from railway.line import Gradient, SpeedLimit
 from railway.records import RunRecord
-from railway.scenario import Scenario
+from railway.scenario import ControllerSpec, Scenario
 from railway.state import Advice, Authority, LineState
 from railway.world import World
 from tests.property.runs import Observed, controller_of, run
@@ -97,6 +98,57 @@ def test_a_healthy_run_reports_nothing(gradients: tuple[Gradient, ...]) -> None:
     )
     record, _ = run(scenario, controller=controller, delay_s=overstay(60.0))
     assert record.violations == ()
+
+
+@dataclass
+class Blind:
+    """Train detection that never sees a train."""
+
+    honest: Protection[Any]
+
+    def initial(self) -> Any:  # noqa: ANN401 - whatever the honest one keeps
+        return self.honest.initial()
+
+    def authorise(self, state: LineState, memory: Any) -> tuple[Authority, Any]:  # noqa: ANN401
+        alone = state._replace(
+            present=np.arange(state.front_m.size) == 1, follows=np.zeros_like(state.follows)
+        )
+        authority, memory = self.honest.authorise(alone, memory)
+        leading = np.full_like(authority.ceiling_mps, 100.0)
+        ceiling_mps = np.where(alone.present, authority.ceiling_mps, leading)
+        return authority._replace(ceiling_mps=ceiling_mps), memory
+
+
+@pytest.mark.parametrize("protection", ["multi_step_atc", "atd"])
+def test_detection_that_sees_nobody_is_caught_at_the_boundary(protection: str) -> None:
+    scenario = two_station_scenario(2, 90.0, block_m=250.0, limits=(SpeedLimit(0.0, 1800.0, 15.0),))
+    world = world_of(scenario)
+    honest = build(ControllerSpec("x", protection, "close_up", {}, {}), world)
+    controller = replace(honest, protection=Blind(honest.protection))
+    record, engine = run(scenario, controller=controller, delay_s=overstay(60.0))
+    assert {("block", "T2"), ("spacing", "T2")} <= kinds(record)
+    entered = next(v for v in record.violations if v.kind == "block")
+    assert entered.message.startswith("T2 entered an occupied block")
+    # The leader stands at 1300 m: its tail is in the block from 1000 m on.
+    passed_s = engine.time_s[np.flatnonzero(engine.front_m[:, 1] > 1000.0)[0]]
+    assert entered.time_s == pytest.approx(passed_s, abs=0.5)
+
+
+def test_who_counts_on_the_leaders_brakes_is_judged_by_them() -> None:
+    """The same run is too close behind a wall, and not behind a train that brakes."""
+    scenario = two_station_scenario(2, 90.0)
+    world = world_of(scenario)
+    spec = ControllerSpec("x", "relative_braking", "close_up", {"margin_m": 5.0}, {})
+    honest = build(spec, world)
+    assert honest.separation is Separation.BRAKING
+    record, _ = run(scenario, controller=honest, delay_s=overstay(60.0))
+    assert record.violations == ()
+    as_walls = replace(honest, separation=Separation.STANDING)
+    record, _ = run(scenario, controller=as_walls, delay_s=overstay(60.0))
+    assert kinds(record) == {("spacing", "T2")}
+    too_close = replace(honest, protection=Altered(honest.protection, extra_m=30.0))
+    record, _ = run(scenario, controller=too_close, delay_s=overstay(60.0))
+    assert kinds(record) == {("spacing", "T2")}
 
 
 @pytest.mark.parametrize("broken", [{"sees_leaders": False}, {"extra_m": 100.0}])

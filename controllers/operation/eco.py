@@ -1,0 +1,251 @@
+"""
+Energy-saving driving (Kawashima): what the timetable leaves as slack is spent on coasting.
+
+When a train is released from a stop, the run of least energy that arrives at the booked time
+is planned to its next one: the target speed of every section, where coasting begins, and where
+the electric brake. A train that is hindered follows its plan late; once its way is free again it
+plans anew for what is left of the time. Without slack it runs as fast as it may.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from controllers.operation.close_up import NO_CEILING_MPS, no_advice
+from controllers.options import require
+from railway.arrays import BoolArray, FloatArray, IntArray
+from railway.compiled import compiled
+from railway.control import Foresight
+from railway.eco_run import EcoRun, eco
+from railway.extremal import BRAKING, SPEEDING_UP
+from railway.kinematics import next_speed_mps
+from railway.profile import at, braking_loss_mps
+from railway.run_curve import RunTimeError, StallError
+from railway.state import Advice, Authority, LineState, Reason
+from railway.way import way_on
+from railway.world import World
+
+TRACTION, ECO = int(Reason.TRACTION), int(Reason.ECO)
+LEAST_WAY_M = 50.0
+"""Nearer than this to the stop nothing is planned. [m]"""
+
+
+@dataclass(frozen=True, slots=True)
+class EcoOptions:
+    """Options of energy-saving driving."""
+
+    least_slack_s: float = 1.0
+    """Less time to spare than this is left as it is. [s]"""
+    patience_s: float = 2.0
+    """A train that is so far behind its plan, and free again, plans anew. [s]"""
+
+    def __post_init__(self) -> None:
+        require("least_slack_s", self.least_slack_s, 0.0, 600.0)
+        require("patience_s", self.patience_s, 0.5, 600.0)
+
+
+class Plans(NamedTuple):
+    """What every train is about to do; arrays of shape (n_trains,) but the last two."""
+
+    since_s: FloatArray
+    """When the plan begins; infinite without one. [s]"""
+    from_m: FloatArray
+    """Where it begins. [m]"""
+    lengths: IntArray
+    """Points of each table."""
+    starts: IntArray
+    """Where each table begins among the points."""
+    tables: tuple[FloatArray | None, ...]
+    """Ceiling [m/s] and time [s] by metres from there. shape (2, n_metres) each"""
+    points: FloatArray
+    """All tables, one after the other. shape (2, n_points)"""
+
+
+class Eco:
+    """Energy-saving driving over any protection."""
+
+    def __init__(self, world: World, options: EcoOptions, foresight: Foresight) -> None:
+        self._world = world
+        self._options = options
+        self._profile = foresight.profile
+        self._square = 2.0 * foresight.profile.potential_m2ps2.ravel()
+        self._nothing = no_advice(world.size)
+
+    def initial(self) -> Plans:
+        """
+        Return the memory before the first step.
+
+        Returns
+        -------
+        Plans
+            No train has a plan.
+        """
+        size = self._world.size
+        return Plans(
+            since_s=np.full(size, np.inf),
+            from_m=np.zeros(size),
+            lengths=np.zeros(size, dtype=np.intp),
+            starts=np.zeros(size, dtype=np.intp),
+            tables=(None,) * size,
+            points=np.zeros((2, 0)),
+        )
+
+    def advise(self, state: LineState, authority: Authority, memory: Plans) -> tuple[Advice, Plans]:
+        """
+        Return the advice for every train.
+
+        Parameters
+        ----------
+        state
+            The line.
+        authority
+            What protection permits.
+        memory
+            Plans so far.
+
+        Returns
+        -------
+        tuple[Advice, Plans]
+            Ceilings, and the next memory.
+        """
+        if state.events:
+            memory = self._with_events(state, memory)
+        if not memory.points.size:
+            return self._nothing, memory
+        ceiling_mps, reason, behind = self._follow(state, authority, memory)
+        if behind.any():
+            rows = np.flatnonzero(behind).tolist()
+            memory = _with_tables(memory, {row: self._plan(state, row) for row in rows}, state)
+            ceiling_mps, reason, _ = self._follow(state, authority, memory)
+        return Advice(ceiling_mps, reason), memory
+
+    def _with_events(self, state: LineState, memory: Plans) -> Plans:
+        """Plan for those who are released, and forget the plans of those who have arrived."""
+        changed: dict[int, FloatArray | None] = {}
+        for row in (*state.events.arrived, *state.events.left):
+            changed[row] = None
+        for row in state.events.released:
+            changed[row] = self._plan(state, row)
+        return _with_tables(memory, changed, state) if changed else memory
+
+    def _plan(self, state: LineState, row: int) -> FloatArray | None:
+        """Return the table of the run of least energy from here; None without slack."""
+        world, call = self._world, int(state.next_call[row])
+        if call >= world.call_count[row]:
+            return None
+        front_m, stop_m = float(state.front_m[row]), float(state.stop_m[row])
+        left_s = float(world.booked_arrival_s[row, call]) - state.time_s
+        if stop_m - front_m < LEAST_WAY_M or left_s <= 0.0:
+            return None
+        kind = int(world.type_index[row])
+        way = way_on(
+            self._profile,
+            kind,
+            world.train_types[kind],
+            (front_m, stop_m),
+            (float(state.speed_mps[row]), 0.0),
+        )
+        try:
+            run = eco(way, left_s, least_slack_s=self._options.least_slack_s)
+        except (RunTimeError, StallError):
+            return None
+        return _table(run, world.step_s)
+
+    def _follow(
+        self, state: LineState, authority: Authority, memory: Plans
+    ) -> tuple[FloatArray, IntArray, BoolArray]:
+        return _follow(
+            state.front_m,
+            state.speed_mps,
+            authority.limit_m,
+            authority.delay_s,
+            self._world.row_start,
+            self._square,
+            memory.since_s,
+            memory.from_m,
+            memory.lengths,
+            memory.starts,
+            memory.points,
+            (self._profile.origin_m, self._world.far_m),
+            (state.time_s, self._world.step_s, self._options.patience_s),
+        )
+
+
+def _table(run: EcoRun, step_s: float) -> FloatArray:
+    """
+    Tabulate a run by metres: the ceiling, and when the front is there.
+
+    Where the train speeds up or brakes with all it has, the ceiling is the target of that
+    phase, or none: the drive does the same of its own accord.
+    """
+    curve = run.curve
+    ceiling = np.interp(curve.time_s + step_s, curve.time_s, curve.speed_mps)
+    speeds_up = run.phase == SPEEDING_UP
+    points = np.arange(speeds_up.size)
+    until = np.where(speeds_up, speeds_up.size, points)
+    until = np.minimum.accumulate(until[::-1])[::-1]
+    ceiling[:-1][speeds_up] = curve.speed_mps[until[speeds_up]]
+    ceiling[:-1][run.phase == BRAKING] = NO_CEILING_MPS
+    ceiling[-1] = NO_CEILING_MPS
+    metres = np.arange(np.floor(curve.chainage_m[-1] - curve.chainage_m[0]) + 1.0)
+    along_m = curve.chainage_m - curve.chainage_m[0]
+    return np.array([np.interp(metres, along_m, row) for row in (ceiling, curve.time_s)])
+
+
+def _with_tables(memory: Plans, changed: dict[int, FloatArray | None], state: LineState) -> Plans:
+    """Lay all tables one after the other, as the steps want them."""
+    tables = tuple(changed.get(row, table) for row, table in enumerate(memory.tables))
+    kept = [table for table in tables if table is not None]
+    lengths = np.array([0 if table is None else table.shape[1] for table in tables], dtype=np.intp)
+    since_s, from_m = memory.since_s.copy(), memory.from_m.copy()
+    for row, table in changed.items():
+        since_s[row] = np.inf if table is None else state.time_s
+        from_m[row] = state.front_m[row]
+    return Plans(
+        since_s,
+        from_m,
+        lengths,
+        np.cumsum(lengths) - lengths,
+        tables,
+        np.hstack(kept) if kept else np.zeros((2, 0)),
+    )
+
+
+@compiled
+def _follow(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+    front_m: FloatArray,
+    speed_mps: FloatArray,
+    limit_m: FloatArray,
+    delay_s: FloatArray,
+    row_start: FloatArray,
+    square: FloatArray,
+    since_s: FloatArray,
+    from_m: FloatArray,
+    lengths: IntArray,
+    starts: IntArray,
+    points: FloatArray,
+    tables_m: tuple[float, float],
+    clock: tuple[float, float, float],
+) -> tuple[FloatArray, IntArray, BoolArray]:
+    """Return ceilings, why, and who is behind its plan although its authority lets it follow."""
+    now_s, step_s, patience_s = clock
+    ceiling_mps = np.full(front_m.size, NO_CEILING_MPS)
+    reason = np.full(front_m.size, TRACTION)
+    behind = np.zeros(front_m.size, dtype=np.bool_)
+    for train in range(front_m.size):
+        along_m = front_m[train] - from_m[train]
+        if along_m >= lengths[train] - 1:
+            continue
+        place = along_m + starts[train]
+        ceiling_mps[train] = at(points[0], place)
+        reason[train] = ECO
+        if now_s - since_s[train] > at(points[1], place) + patience_s:
+            here_m = front_m[train] + row_start[train]
+            limit = min(max(limit_m[train], tables_m[0]), tables_m[1])
+            room = at(square, limit + row_start[train]) - at(square, here_m)
+            loss = braking_loss_mps(square, here_m, speed_mps[train], step_s)
+            lag = braking_loss_mps(square, here_m, speed_mps[train], delay_s[train])
+            free_mps = next_speed_mps(speed_mps[train], room, loss, lag)
+            behind[train] = free_mps > min(ceiling_mps[train], speed_mps[train] + 1.0)
+    return ceiling_mps, reason, behind

@@ -1,0 +1,168 @@
+"""
+Peers: other programs that drive the trains themselves, to be compared with.
+
+What stands in for the layers of a peer only records that nobody here decided anything.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from controllers.operation.close_up import NO_CEILING_MPS, no_advice
+from controllers.options import OptionError
+from railway.arrays import IntArray
+from railway.control import Command, Controller
+from railway.state import Advice, Authority, LineState, Reason
+from railway.world import World
+
+
+class Peer(NamedTuple):
+    """A way in which SUMO drives the trains."""
+
+    moving_block: bool
+    """Trains are kept apart by their distance; else by the blocks of the line."""
+    summary: str
+
+
+PEERS: Mapping[str, Peer] = {
+    "sumo_native_fixed": Peer(
+        moving_block=False, summary="SUMO's rail model, one train at a time between two signals"
+    ),
+    "sumo_native_moving": Peer(
+        moving_block=True, summary="SUMO's rail model over its own moving block"
+    ),
+}
+
+
+class Unbounded:
+    """Stands in for the protection: permits everything, because the peer protects itself."""
+
+    def __init__(self, world: World) -> None:
+        trains = np.ones(world.size)
+        self._authority = Authority(world.far_m * trains, NO_CEILING_MPS * trains, 0.0 * trains)
+
+    def initial(self) -> None:
+        """Return the memory before the first step: none is needed."""
+
+    def authorise(self, state: LineState, memory: None) -> tuple[Authority, None]:
+        """
+        Return authority without bounds.
+
+        Parameters
+        ----------
+        state
+            The line.
+        memory
+            None.
+
+        Returns
+        -------
+        tuple[Authority, None]
+            The same authority every step.
+        """
+        del state
+        return self._authority, memory
+
+
+class Unadvised:
+    """Stands in for the operation: asks for nothing."""
+
+    def __init__(self, world: World) -> None:
+        self._advice = no_advice(world.size)
+
+    def initial(self) -> None:
+        """Return the memory before the first step: none is needed."""
+
+    def advise(self, state: LineState, authority: Authority, memory: None) -> tuple[Advice, None]:
+        """
+        Return advice that lowers nothing.
+
+        Parameters
+        ----------
+        state
+            The line.
+        authority
+            Of :class:`Unbounded`.
+        memory
+            None.
+
+        Returns
+        -------
+        tuple[Advice, None]
+            The same advice every step.
+        """
+        del state, authority
+        return self._advice, memory
+
+
+class Onlooker:
+    """Stands in for the drive: commands nothing that the engine would follow."""
+
+    def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
+        """
+        Return the present speeds.
+
+        Parameters
+        ----------
+        state
+            The line.
+        authority, advice
+            Not looked at.
+
+        Returns
+        -------
+        Command
+            Present speeds, which are their own only bound.
+        """
+        del authority, advice
+        return Command(state.speed_mps, state.speed_mps[np.newaxis])
+
+    def reason(self, command: Command, advice: Advice) -> IntArray:
+        """
+        Return that the peer drives.
+
+        Parameters
+        ----------
+        command, advice
+            Not looked at.
+
+        Returns
+        -------
+        IntArray
+            ``Reason.PEER`` each. shape (n_trains,)
+        """
+        del advice
+        return np.full(command.speed_mps.size, Reason.PEER, dtype=np.intp)
+
+
+def build_peer(name: str, peer: str, world: World) -> Controller:
+    """
+    Build what stands in for the layers of a peer.
+
+    Parameters
+    ----------
+    name
+        Name of the controller.
+    peer
+        One of ``PEERS``.
+    world
+        The line and its trains.
+
+    Returns
+    -------
+    Controller
+        Layers that decide nothing.
+
+    Raises
+    ------
+    OptionError
+        If the peer is unknown, or the line has not what it needs.
+    """
+    if peer not in PEERS:
+        problem = f"{peer!r} is not known"
+        raise OptionError(problem, ", ".join(PEERS))
+    if not (PEERS[peer].moving_block or world.line.blocks):
+        problem = f"{peer!r} needs blocks, and the line has none"
+        raise OptionError(problem, "a line with blocks.csv, or sumo_native_moving")
+    return Controller(name, Unbounded(world), Unadvised(world), Onlooker(), peer=True)

@@ -1,0 +1,396 @@
+"""
+ATD, automatic train deceleration: one braking curve over fixed blocks, as a fine staircase.
+
+The same blocks and track circuits as under multi-step ATC, but a train is sent a pattern of
+many fine steps that approximates one braking curve to its stop point, so that it brakes
+once and pays the idle time once. There are two patterns: the *control pattern*, which an
+on-board fuzzy controller follows smoothly, and above it the *emergency pattern*, which
+applies the emergency brake until the train stands. Circuits within a block release the
+train behind as soon as the leader's tail has left each of them (Takaoka et al. 1991,
+section 3.1).
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from controllers.options import OptionError, require
+from controllers.protection.ceiling import CeilingFigures, LineCeiling, ceiling_ahead_mps
+from controllers.protection.fixed_block import detection_on
+from controllers.protection.fuzzy import RuleBase, infer, rule_base
+from railway.arrays import BoolArray, FloatArray
+from railway.compiled import compiled
+from railway.control import Separation
+from railway.detection import Occupancy
+from railway.profile import at
+from railway.state import Authority, LineState
+from railway.world import World
+
+KMH_PER_MPS = 3.6
+LEAST_AHEAD_S, LEAST_AHEAD_M = 0.5, 0.5
+"""A step of the pattern that ends nearer is aimed at as if it ended there. [s], [m]"""
+
+
+@dataclass(frozen=True, slots=True)
+class AtdOptions:
+    """Options of ATD; those of the fuzzy controller are its membership functions and rules."""
+
+    step_m: float = 20.0
+    """Length of a step of the patterns. [m]"""
+    control_brake_percent: float = 90.0
+    """Deceleration of the control pattern, of the service brake. [%]"""
+    idle_time_s: float = 1.5
+    """From a lower step until the brake takes effect. [s]"""
+    emergency_idle_time_s: float = 1.0
+    """From passing the emergency pattern until the emergency brake takes effect. [s]"""
+    overlap_m: float = 25.0
+    """Kept free before an occupied circuit. [m]"""
+    lack_kmhps: tuple[float, ...] = (-2.0, -0.5, 0.0, 0.5, 2.0)
+    """Peaks of "the brake is (much) too strong, right, (much) too weak". [km/h/s]"""
+    need_kmhps: tuple[float, ...] = (0.0, 1.5, 3.0)
+    """Peaks of "little, some, much deceleration is needed". [km/h/s]"""
+    change_kmhps2: tuple[float, ...] = (
+        *(-3.0, -2.0, -1.5),
+        *(-1.0, -0.5, -0.5),
+        *(0.0, 0.0, 0.0),
+        *(0.0, 0.5, 1.0),
+        *(0.5, 2.0, 3.0),
+    )
+    """Change of deceleration by lack (rows) and need (columns). [km/h/s2]"""
+
+    def __post_init__(self) -> None:
+        require("overlap_m", self.overlap_m, 0.0, 1000.0)
+        require("step_m", self.step_m, 1.0, 200.0)
+        if self.step_m > self.overlap_m:
+            # Else a train within its last step could not be told where the overlap begins.
+            problem, allowed = f"step_m is {self.step_m:g}", f"up to overlap_m, {self.overlap_m:g}"
+            raise OptionError(problem, allowed)
+        require("control_brake_percent", self.control_brake_percent, 10.0, 100.0)
+        require("idle_time_s", self.idle_time_s, 0.0, 10.0)
+        require("emergency_idle_time_s", self.emergency_idle_time_s, 0.0, 10.0)
+        for key in ("lack_kmhps", "need_kmhps"):
+            peaks = getattr(self, key)
+            if len(peaks) < 2 or any(np.diff(peaks) <= 0.0):
+                problem = f"{key} is {', '.join(f'{peak:g}' for peak in peaks)}"
+                raise OptionError(problem, "two rising numbers or more")
+        rules = len(self.lack_kmhps) * len(self.need_kmhps)
+        if len(self.change_kmhps2) != rules:
+            problem = f"change_kmhps2 has {len(self.change_kmhps2)} rules"
+            allowed = f"{rules}: one by each of lack_kmhps and need_kmhps"
+            raise OptionError(problem, allowed)
+
+    @property
+    def rules(self) -> RuleBase:
+        """The rule base in SI units."""
+        lack, need, change = (
+            tuple(value / KMH_PER_MPS for value in values)
+            for values in (self.lack_kmhps, self.need_kmhps, self.change_kmhps2)
+        )
+        return rule_base(lack, need, change)
+
+
+class Patterns(NamedTuple):
+    """The figures that the patterns follow from, in SI units."""
+
+    origin_m: float
+    """Where the first step begins. [m]"""
+    step_m: float
+    control_share: float
+    """Deceleration of the control pattern over the service brake. [-]"""
+    idle_time_s: float
+    emergency_idle_time_s: float
+    overlap_m: float
+
+
+class Braked(NamedTuple):
+    """What trackside and trains remember."""
+
+    occupancy: Occupancy
+    brake_mps2: FloatArray
+    """Deceleration that the fuzzy controller commands. [m/s2], shape (n_trains,)"""
+    tripped: BoolArray
+    """The emergency pattern was passed, and the train has not come to a stand. (n_trains,)"""
+
+
+class Atd:
+    """One braking curve over fixed blocks, sent as a staircase and followed smoothly."""
+
+    separation = Separation.CIRCUITS
+    idle_time_s = 0.0
+    """The patterns have the idle time in them. [s]"""
+
+    def __init__(self, world: World, options: AtdOptions) -> None:
+        self._detection = detection_on(world)
+        self._world = world
+        self._options = options
+        self.profile = world.profile
+        self.delay_s = 0.0
+        self.release_delay_s = world.line.release_delay_s
+        self._ceiling = LineCeiling(world, world.profile)
+        self._no_delay_s = np.zeros(world.size)
+        self._square = 2.0 * world.profile.potential_m2ps2.ravel()
+        self._service_mps2 = world.of_type("service_brake_mps2")
+        self._patterns = Patterns(
+            world.line.start_m,
+            options.step_m,
+            options.control_brake_percent / 100.0,
+            options.idle_time_s,
+            options.emergency_idle_time_s,
+            options.overlap_m,
+        )
+        self._emergency_mps2 = world.of_type("emergency_brake_mps2")
+        self._rules = options.rules
+
+    def initial(self) -> Braked:
+        """
+        Return the memory before the first step.
+
+        Returns
+        -------
+        Braked
+            No brake is applied.
+        """
+        size = self._world.size
+        return Braked(self._detection.initial(), np.zeros(size), np.zeros(size, dtype=np.bool_))
+
+    def authorise(self, state: LineState, memory: Braked) -> tuple[Authority, Braked]:
+        """
+        Return the authority of every train.
+
+        Parameters
+        ----------
+        state
+            The line.
+        memory
+            What trackside and trains remember.
+
+        Returns
+        -------
+        tuple[Authority, Braked]
+            Limits before occupied circuits, ceilings by pattern and line, and the next memory.
+        """
+        world = self._world
+        seen, danger_m = self._detection.look_ahead(state, memory.occupancy)
+        after = Braked(seen, memory.brake_mps2.copy(), memory.tripped.copy())
+        limit_m, ceiling_mps = _authorise(
+            state.front_m,
+            state.speed_mps,
+            state.present,
+            danger_m,
+            world.row_start,
+            self._square,
+            (self._service_mps2, self._emergency_mps2),
+            self._patterns,
+            self._rules,
+            world.step_s,
+            world.far_m,
+            after.brake_mps2,
+            after.tripped,
+            self._ceiling.figures,
+        )
+        return Authority(limit_m, ceiling_mps, self._no_delay_s), after
+
+    def limit_behind_m(
+        self,
+        row: int,
+        call: int,  # noqa: ARG002 - the same whatever the call
+        leader: int,
+        leader_front_m: FloatArray,
+        leader_speed_mps: FloatArray,  # noqa: ARG002 - the leader is taken as standing
+    ) -> FloatArray:
+        """
+        Return the limit of a train behind its leader.
+
+        Parameters
+        ----------
+        row
+            The train.
+        call
+            Its next call.
+        leader
+            Row of its leader, which goes or stands on its way.
+        leader_front_m
+            Where the leader's front may be. [m], shape (n_places,)
+        leader_speed_mps
+            Its speed there. [m/s], shape (n_places,)
+
+        Returns
+        -------
+        FloatArray
+            The front must be able to stop before this. [m], shape (n_places,)
+        """
+        tail_m = leader_front_m - self._world.length_m[leader]
+        detection = self._detection
+        return detection.boundary_m(row, detection.circuits, tail_m) - self._options.overlap_m
+
+    def permitted_mps(self, row: int, front_m: FloatArray, limit_m: FloatArray) -> FloatArray:
+        """
+        Return the control pattern that a train is sent behind a limit that stays.
+
+        Parameters
+        ----------
+        row
+            The train.
+        front_m
+            Places of its front. [m], shape (n_places,)
+        limit_m
+            Its limits. [m], shape (n_places,)
+
+        Returns
+        -------
+        FloatArray
+            Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
+        """
+        world = self._world
+        pattern_mps = _control_patterns_mps(
+            front_m,
+            np.minimum(limit_m, world.far_m),
+            float(world.row_start[row]),
+            self._square,
+            float(self._service_mps2[row]),
+            self._patterns,
+        )
+        return np.minimum(pattern_mps, self._ceiling.at_mps(row, front_m))
+
+
+@compiled
+def _curve_mps(square_m2ps2: float, brake_mps2: float, idle_time_s: float) -> float:
+    """Return the speed from which a train stops in time, the idle time included."""
+    if square_m2ps2 <= 0.0:
+        return 0.0
+    lag_mps = brake_mps2 * idle_time_s
+    return math.sqrt(lag_mps * lag_mps + square_m2ps2) - lag_mps
+
+
+@compiled
+def _step_end_m(front_m: float, patterns: Patterns) -> float:
+    """Return where the step of the patterns ends that holds a front."""
+    steps = math.floor((front_m - patterns.origin_m) / patterns.step_m) + 1.0
+    end_m: float = patterns.origin_m + steps * patterns.step_m
+    return end_m
+
+
+@compiled
+def _control_mps(
+    step_end_m: float,
+    stop_m: float,
+    row_start: float,
+    square: FloatArray,
+    service_mps2: float,
+    patterns: Patterns,
+) -> float:
+    """Return the control pattern of a step: its curve at the step's end."""
+    if step_end_m >= stop_m:
+        return 0.0
+    whole = at(square, stop_m + row_start) - at(square, step_end_m + row_start)
+    spared = 2.0 * (1.0 - patterns.control_share) * service_mps2 * (stop_m - step_end_m)
+    brake_mps2 = patterns.control_share * service_mps2
+    return _curve_mps(whole - spared, brake_mps2, patterns.idle_time_s)
+
+
+@compiled
+def _emergency_mps(
+    step_end_m: float,
+    danger_m: float,
+    row_start: float,
+    square: FloatArray,
+    brakes_mps2: tuple[float, float],
+    patterns: Patterns,
+) -> float:
+    """Return the emergency pattern of a step: safe as far as the step's end."""
+    if step_end_m >= danger_m:
+        return 0.0
+    service_mps2, emergency_mps2 = brakes_mps2
+    whole = at(square, danger_m + row_start) - at(square, step_end_m + row_start)
+    added = 2.0 * (emergency_mps2 - service_mps2) * (danger_m - step_end_m)
+    return _curve_mps(whole + added, emergency_mps2, patterns.emergency_idle_time_s)
+
+
+@compiled
+def _control_patterns_mps(
+    front_m: FloatArray,
+    stop_m: FloatArray,
+    row_start: float,
+    square: FloatArray,
+    service_mps2: float,
+    patterns: Patterns,
+) -> FloatArray:
+    pattern_mps = np.empty_like(front_m)
+    for place in range(front_m.size):
+        end_m = _step_end_m(front_m[place], patterns)
+        pattern_mps[place] = _control_mps(
+            end_m, stop_m[place], row_start, square, service_mps2, patterns
+        )
+    return pattern_mps
+
+
+@compiled
+def _next_brake_mps2(
+    brake_mps2: float,
+    speeds_mps: tuple[float, float],
+    ahead_m: float,
+    strongest_mps2: float,
+    rules: RuleBase,
+    step_s: float,
+) -> float:
+    """Return the deceleration that the fuzzy controller commands next."""
+    speed_mps, pattern_mps = speeds_mps
+    way_m = max(ahead_m, speed_mps * LEAST_AHEAD_S, LEAST_AHEAD_M)
+    need_mps2 = 0.5 * (speed_mps * speed_mps - pattern_mps * pattern_mps) / way_m
+    change_mps3 = infer(rules, need_mps2 - brake_mps2, need_mps2)
+    return min(max(brake_mps2 + step_s * change_mps3, 0.0), strongest_mps2)
+
+
+@compiled
+def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+    front_m: FloatArray,
+    speed_mps: FloatArray,
+    present: BoolArray,
+    danger_m: FloatArray,
+    row_start: FloatArray,
+    square: FloatArray,
+    brakes_mps2: tuple[FloatArray, FloatArray],
+    patterns: Patterns,
+    rules: RuleBase,
+    step_s: float,
+    far_m: float,
+    brake_mps2: FloatArray,
+    tripped: BoolArray,
+    line_ceiling: CeilingFigures,
+) -> tuple[FloatArray, FloatArray]:
+    """Return limits and ceilings by pattern and line, and write what trains remember."""
+    limit_m, ceiling_mps = np.full(front_m.size, far_m), np.zeros(front_m.size)
+    for train in range(front_m.size):
+        if not present[train]:
+            continue
+        speed, service = speed_mps[train], brakes_mps2[0][train]
+        ceiling_mps[train] = ceiling_ahead_mps(line_ceiling, train, front_m[train], speed)
+        if danger_m[train] >= far_m:
+            brake_mps2[train], tripped[train] = 0.0, False
+            continue
+        # A train that stands closer to an occupied circuit than the overlap stays there.
+        stop_m = max(danger_m[train] - patterns.overlap_m, front_m[train])
+        end_m = _step_end_m(front_m[train], patterns)
+        both = service, brakes_mps2[1][train]
+        most = _emergency_mps(end_m, danger_m[train], row_start[train], square, both, patterns)
+        tripped[train] = speed > most or (tripped[train] and speed > 0.0)
+        if tripped[train]:
+            limit_m[train] = front_m[train]
+            continue
+        limit_m[train] = stop_m
+        pattern = _control_mps(end_m, stop_m, row_start[train], square, service, patterns)
+        followed = pattern
+        if speed <= 0.0:
+            brake_mps2[train] = 0.0
+        else:
+            brake_mps2[train] = _next_brake_mps2(
+                brake_mps2[train], (speed, pattern), end_m - front_m[train], service, rules, step_s
+            )
+        if brake_mps2[train] > 0.0:
+            followed = max(speed - brake_mps2[train] * step_s, 0.0)
+        elif speed > pattern:
+            followed = speed
+        ceiling_mps[train] = min(ceiling_mps[train], followed)
+    return limit_m, ceiling_mps

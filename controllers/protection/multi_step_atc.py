@@ -1,0 +1,282 @@
+"""
+Multi-step ATC: every block shows one of a few speed codes by the free blocks ahead of it.
+
+A train that runs faster than the code of its block brakes, after an idle time, until it is
+a little below the code; then the brake is released, until the next block shows less. The
+idle time and the braking that is no curve but a staircase are paid at every step down
+(Takaoka et al. 1991, section 3.1).
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from controllers.options import OptionError, require
+from controllers.protection.ceiling import CeilingFigures, LineCeiling, ceiling_ahead_mps
+from controllers.protection.code_table import Braking, code_table
+from controllers.protection.fixed_block import detection_on
+from railway.arrays import BoolArray, FloatArray, IntArray
+from railway.compiled import compiled
+from railway.control import Separation
+from railway.detection import Occupancy, Tiling, place_of, place_of_front
+from railway.state import Authority, LineState
+from railway.world import World
+
+
+@dataclass(frozen=True, slots=True)
+class MultiStepAtcOptions:
+    """Options of the multi-step ATC."""
+
+    codes_kmh: tuple[float, ...] = (90.0, 75.0, 65.0, 45.0, 25.0, 0.0)
+    """The codes, falling to 0. [km/h]"""
+    idle_time_s: float = 2.0
+    """From a lower code until the brake takes effect. [s]"""
+    release_below_kmh: float = 3.0
+    """The brake is released so far below the code. [km/h]"""
+    overlap_m: float = 25.0
+    """Kept free before an occupied block. [m]"""
+    counted_blocks: float = 8.0
+    """Free blocks that are counted; more of them show the same code. [-]"""
+
+    def __post_init__(self) -> None:
+        codes = self.codes_kmh
+        if len(codes) < 2 or codes[-1] != 0.0 or any(np.diff(codes) >= 0.0) or codes[0] > 400.0:
+            problem = f"codes_kmh is {', '.join(f'{code:g}' for code in codes)}"
+            raise OptionError(problem, "falling speeds up to 400, the last one 0")
+        require("idle_time_s", self.idle_time_s, 0.0, 10.0)
+        require("release_below_kmh", self.release_below_kmh, 0.0, 20.0)
+        require("overlap_m", self.overlap_m, 0.0, 1000.0)
+        require("counted_blocks", self.counted_blocks, 1.0, 100.0)
+        if self.counted_blocks % 1.0:
+            problem = f"counted_blocks is {self.counted_blocks:g}"
+            raise OptionError(problem, "a whole number")
+
+
+class Shown(NamedTuple):
+    """What trackside and trains remember; arrays of shape (n_trains,) but the first."""
+
+    occupancy: Occupancy
+    code_mps: FloatArray
+    """The code that each train obeys. [m/s]"""
+    takes_effect_s: FloatArray
+    """When the brake for a lower code takes effect; infinite where none is shown. [s]"""
+    braking: BoolArray
+    """The brake has not been released since the last step down."""
+
+
+class MultiStepAtc:
+    """Speed codes by free blocks, from a table that is worked out for the line."""
+
+    separation = Separation.BLOCKS
+
+    def __init__(self, world: World, options: MultiStepAtcOptions) -> None:
+        self._detection = detection_on(world)
+        self._world = world
+        self._options = options
+        self.profile = world.profile
+        self.delay_s = 0.0
+        self.release_delay_s = world.line.release_delay_s
+        self.idle_time_s = options.idle_time_s
+        codes_mps = np.array(options.codes_kmh) / 3.6
+        braking = Braking(options.idle_time_s, options.overlap_m, world.step_s)
+        counted = int(options.counted_blocks)
+        self.code_mps = code_table(world, self._detection, codes_mps, braking, counted)
+        """Codes by train type, block of a route, and free blocks ahead. [m/s]"""
+        self._ceiling = LineCeiling(world, world.profile)
+        self._no_delay_s = np.zeros(world.size)
+        self._below_mps = options.release_below_kmh / 3.6
+
+    def initial(self) -> Shown:
+        """
+        Return the memory before the first step.
+
+        Returns
+        -------
+        Shown
+            No train has been shown anything.
+        """
+        size = self._world.size
+        return Shown(
+            self._detection.initial(),
+            np.zeros(size),
+            np.full(size, np.inf),
+            np.zeros(size, dtype=np.bool_),
+        )
+
+    def authorise(self, state: LineState, memory: Shown) -> tuple[Authority, Shown]:
+        """
+        Return the authority of every train.
+
+        Parameters
+        ----------
+        state
+            The line.
+        memory
+            What trackside and trains remember.
+
+        Returns
+        -------
+        tuple[Authority, Shown]
+            Limits at occupied blocks, ceilings by code and line, and the next memory.
+        """
+        seen, danger_m = self._detection.look_ahead(state, memory.occupancy)
+        after = Shown(
+            seen,
+            memory.code_mps.copy(),
+            memory.takes_effect_s.copy(),
+            memory.braking.copy(),
+        )
+        limit_m, ceiling_mps = _authorise(
+            state.time_s,
+            state.front_m,
+            state.speed_mps,
+            state.present,
+            danger_m,
+            self._detection.route,
+            self._detection.blocks,
+            self._world.type_index,
+            self.code_mps,
+            (self._options.idle_time_s, self._below_mps, self._options.overlap_m),
+            self._world.far_m,
+            after.code_mps,
+            after.takes_effect_s,
+            after.braking,
+            self._ceiling.figures,
+        )
+        return Authority(limit_m, ceiling_mps, self._no_delay_s), after
+
+    def limit_behind_m(
+        self,
+        row: int,
+        call: int,  # noqa: ARG002 - the same whatever the call
+        leader: int,
+        leader_front_m: FloatArray,
+        leader_speed_mps: FloatArray,  # noqa: ARG002 - the leader is taken as standing
+    ) -> FloatArray:
+        """
+        Return the limit of a train behind its leader.
+
+        Parameters
+        ----------
+        row
+            The train.
+        call
+            Its next call.
+        leader
+            Row of its leader, which goes or stands on its way.
+        leader_front_m
+            Where the leader's front may be. [m], shape (n_places,)
+        leader_speed_mps
+            Its speed there. [m/s], shape (n_places,)
+
+        Returns
+        -------
+        FloatArray
+            The front must be able to stop before this. [m], shape (n_places,)
+        """
+        detection = self._detection
+        tail_m = leader_front_m - self._world.length_m[leader]
+        occupied_m = detection.boundary_m(row, detection.circuits, tail_m)
+        boundary_m = detection.boundary_m(row, detection.blocks, occupied_m)
+        return boundary_m - self._options.overlap_m
+
+    def permitted_mps(self, row: int, front_m: FloatArray, limit_m: FloatArray) -> FloatArray:
+        """
+        Return the code that a train is shown behind a limit that stays.
+
+        Parameters
+        ----------
+        row
+            The train.
+        front_m
+            Places of its front. [m], shape (n_places,)
+        limit_m
+            Its limits. [m], shape (n_places,)
+
+        Returns
+        -------
+        FloatArray
+            Code, or the line ceiling where that is lower. [m/s], shape (n_places,)
+        """
+        codes_mps = _codes_mps(
+            front_m,
+            limit_m + self._options.overlap_m,
+            int(self._detection.route[row]),
+            self._detection.blocks,
+            self.code_mps[self._world.type_index[row]],
+        )
+        return np.minimum(codes_mps, self._ceiling.at_mps(row, front_m))
+
+
+@compiled
+def _code_mps(
+    front_m: float, danger_m: float, route: int, blocks: Tiling, code_mps: FloatArray
+) -> tuple[float, float]:
+    """Return the code that a front is shown, and where the occupied block begins."""
+    here = place_of_front(blocks, route, front_m)
+    last = blocks.first[route + 1]
+    most = code_mps.shape[1] - 1
+    if danger_m >= blocks.end_m[last - 1]:
+        return code_mps[here, most], np.inf
+    occupied = place_of(blocks, route, danger_m)
+    free = occupied - here - 1
+    code = code_mps[here, min(free, most)] if free >= 0 else 0.0
+    return code, blocks.start_m[occupied]
+
+
+@compiled
+def _codes_mps(
+    front_m: FloatArray, danger_m: FloatArray, route: int, blocks: Tiling, code_mps: FloatArray
+) -> FloatArray:
+    codes_mps = np.empty_like(front_m)
+    for index in range(front_m.size):
+        codes_mps[index] = _code_mps(front_m[index], danger_m[index], route, blocks, code_mps)[0]
+    return codes_mps
+
+
+@compiled
+def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+    time_s: float,
+    front_m: FloatArray,
+    speed_mps: FloatArray,
+    present: BoolArray,
+    danger_m: FloatArray,
+    route: IntArray,
+    blocks: Tiling,
+    type_index: IntArray,
+    code_mps: FloatArray,
+    onboard: tuple[float, float, float],
+    far_m: float,
+    obeyed_mps: FloatArray,
+    takes_effect_s: FloatArray,
+    braking: BoolArray,
+    line_ceiling: CeilingFigures,
+) -> tuple[FloatArray, FloatArray]:
+    """Return limits and ceilings by code and line, and write what trains remember."""
+    idle_time_s, below_mps, overlap_m = onboard
+    limit_m, ceiling_mps = np.full(front_m.size, far_m), np.zeros(front_m.size)
+    for train in range(front_m.size):
+        if not present[train]:
+            continue
+        shown, occupied_m = _code_mps(
+            front_m[train], danger_m[train], route[train], blocks, code_mps[type_index[train]]
+        )
+        # A train that stands closer to an occupied block than the overlap stays there.
+        limit_m[train] = min(max(occupied_m - overlap_m, front_m[train]), far_m)
+        if shown >= obeyed_mps[train]:
+            braking[train] = braking[train] and shown == obeyed_mps[train]
+            obeyed_mps[train] = shown
+            takes_effect_s[train] = np.inf
+        elif takes_effect_s[train] == np.inf:
+            takes_effect_s[train] = time_s + idle_time_s
+        if time_s >= takes_effect_s[train]:
+            takes_effect_s[train] = np.inf
+            obeyed_mps[train] = shown
+            braking[train] = speed_mps[train] > shown
+        released_mps = max(obeyed_mps[train] - below_mps, 0.0)
+        braking[train] = braking[train] and speed_mps[train] > released_mps
+        bound_mps = released_mps if braking[train] else obeyed_mps[train]
+        line_mps = ceiling_ahead_mps(line_ceiling, train, front_m[train], speed_mps[train])
+        ceiling_mps[train] = min(line_mps, bound_mps)
+    return limit_m, ceiling_mps

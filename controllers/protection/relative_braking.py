@@ -1,0 +1,232 @@
+"""
+Relative braking: up to where the leader's rear comes to a stand if it brakes its hardest.
+
+The method of Takaoka et al. 1991, section 2.3 (level C), for comparison with absolute braking
+distances. It is *not* safe against a leader that stops shorter than its brakes can stop it,
+such as one that derails or collides; that is the stated limit of the method. A leader whose
+emergency brake is stronger than the one assumed is refused: behind it the authority ends at its
+rear, taken as standing.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controllers.options import require
+from controllers.protection.ceiling import LineCeiling, braked_to_mps
+from railway.arrays import BoolArray, FloatArray, IntArray
+from railway.compiled import compiled
+from railway.control import Separation
+from railway.profile import SPACING_M, at
+from railway.state import Authority, LineState
+from railway.world import World
+
+EXACT_M = 0.01
+"""How exactly the place of a stand is found, on the near side. [m]"""
+MOST_M = 2000.0
+"""No train runs further than this while it brakes. [m]"""
+
+
+@dataclass(frozen=True, slots=True)
+class RelativeBrakingOptions:
+    """Options of relative braking."""
+
+    margin_m: float = 25.0
+    """Safety margin between the end of authority and the leader's rear at a stand. [m]"""
+    leader_brake_kmhps: float = 6.0
+    """The hardest that a leader is assumed to brake. [km/h/s]"""
+
+    def __post_init__(self) -> None:
+        require("margin_m", self.margin_m, 0.0, 1000.0)
+        require("leader_brake_kmhps", self.leader_brake_kmhps, 0.5, 20.0)
+
+
+class RelativeBraking:
+    """A moving block that counts on the leader's braking distance."""
+
+    separation = Separation.BRAKING
+    delay_s = 0.0
+    release_delay_s = 0.0
+    idle_time_s = 0.0
+
+    def __init__(self, world: World, options: RelativeBrakingOptions) -> None:
+        self._world = world
+        self.profile = world.profile
+        self._margin_m = options.margin_m
+        self._ceiling = LineCeiling(world, world.profile)
+        self._square = 2.0 * world.profile.potential_m2ps2.ravel()
+        self._no_delay_s = np.zeros(world.size)
+        brake_mps2 = options.leader_brake_kmhps / 3.6
+        self.accepted: BoolArray = world.of_type("emergency_brake_mps2") <= brake_mps2
+        """Trains that cannot stop shorter than assumed. shape (n_trains,)"""
+        self._harder_mps2 = brake_mps2 - world.of_type("service_brake_mps2")
+
+    def initial(self) -> tuple[()]:
+        """
+        Return the memory before the first step.
+
+        Returns
+        -------
+        tuple[()]
+            There is nothing to remember.
+        """
+        return ()
+
+    def authorise(self, state: LineState, memory: tuple[()]) -> tuple[Authority, tuple[()]]:
+        """
+        Return the authority of every train.
+
+        Parameters
+        ----------
+        state
+            The line.
+        memory
+            Nothing.
+
+        Returns
+        -------
+        tuple[Authority, tuple[()]]
+            Limits and ceilings, and nothing to remember.
+        """
+        limit_m = _limits_m(
+            state.front_m,
+            state.tail_m,
+            state.speed_mps,
+            state.present,
+            state.granted_m,
+            state.leader,
+            state.follows,
+            self.accepted,
+            self._world.row_start,
+            self._square,
+            self._harder_mps2,
+            self._margin_m,
+        )
+        return Authority(limit_m, self._ceiling.ahead_mps(state), self._no_delay_s), memory
+
+    def limit_behind_m(
+        self,
+        row: int,  # noqa: ARG002 - the same whatever the train and its call
+        call: int,  # noqa: ARG002
+        leader: int,
+        leader_front_m: FloatArray,
+        leader_speed_mps: FloatArray,
+    ) -> FloatArray:
+        """
+        Return the limit of a train behind its leader.
+
+        Parameters
+        ----------
+        row
+            The train.
+        call
+            Its next call.
+        leader
+            Row of its leader, which goes or stands on its way.
+        leader_front_m
+            Where the leader's front may be. [m], shape (n_places,)
+        leader_speed_mps
+            Its speed there. [m/s], shape (n_places,)
+
+        Returns
+        -------
+        FloatArray
+            The front must be able to stop before this. [m], shape (n_places,)
+        """
+        stands_m = leader_front_m
+        if self.accepted[leader]:
+            start, harder = float(self._world.row_start[leader]), float(self._harder_mps2[leader])
+            stands_m = _stands_each_m(leader_front_m, leader_speed_mps, start, self._square, harder)
+        limits_m: FloatArray = stands_m - self._world.length_m[leader] - self._margin_m
+        return limits_m
+
+    def permitted_mps(self, row: int, front_m: FloatArray, limit_m: FloatArray) -> FloatArray:
+        """
+        Return the speed from which the service brake keeps a limit that stays.
+
+        Parameters
+        ----------
+        row
+            The train.
+        front_m
+            Places of its front. [m], shape (n_places,)
+        limit_m
+            Its limits. [m], shape (n_places,)
+
+        Returns
+        -------
+        FloatArray
+            Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
+        """
+        braked_mps = braked_to_mps(self._world, self._square, row, (front_m, limit_m))
+        return np.minimum(braked_mps, self._ceiling.at_mps(row, front_m))
+
+
+@compiled
+def _stands_m(
+    front_m: float, speed_mps: float, row_start: float, square: FloatArray, harder_mps2: float
+) -> float:
+    """Return where a front comes to a stand if its train brakes as hard as assumed."""
+    if speed_mps <= 0.0:
+        return front_m
+    wanted = at(square, front_m + row_start) + speed_mps * speed_mps
+    # The square rises with the distance: step on by metres that double, then halve them.
+    low_m, high_m = 0.0, SPACING_M
+    while (
+        at(square, front_m + high_m + row_start) + 2.0 * harder_mps2 * high_m < wanted
+        and high_m < MOST_M
+    ):
+        low_m, high_m = high_m, 2.0 * high_m
+    while high_m - low_m > EXACT_M:
+        middle_m = 0.5 * (low_m + high_m)
+        if at(square, front_m + middle_m + row_start) + 2.0 * harder_mps2 * middle_m < wanted:
+            low_m = middle_m
+        else:
+            high_m = middle_m
+    return front_m + low_m
+
+
+@compiled
+def _stands_each_m(
+    front_m: FloatArray,
+    speed_mps: FloatArray,
+    row_start: float,
+    square: FloatArray,
+    harder_mps2: float,
+) -> FloatArray:
+    stands_m = np.empty_like(front_m)
+    for place in range(front_m.size):
+        stands_m[place] = _stands_m(
+            front_m[place], speed_mps[place], row_start, square, harder_mps2
+        )
+    return stands_m
+
+
+@compiled
+def _limits_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+    front_m: FloatArray,
+    tail_m: FloatArray,
+    speed_mps: FloatArray,
+    present: BoolArray,
+    granted_m: FloatArray,
+    leader: IntArray,
+    follows: BoolArray,
+    accepted: BoolArray,
+    row_start: FloatArray,
+    square: FloatArray,
+    harder_mps2: FloatArray,
+    margin_m: float,
+) -> FloatArray:
+    limit_m = granted_m - margin_m
+    for train in range(front_m.size):
+        if not (present[train] and follows[train]):
+            continue
+        ahead = leader[train]
+        rear_m = tail_m[ahead]
+        if accepted[ahead] and present[ahead]:
+            stands_m = _stands_m(
+                front_m[ahead], speed_mps[ahead], row_start[ahead], square, harder_mps2[ahead]
+            )
+            rear_m += stands_m - front_m[ahead]
+        limit_m[train] = min(limit_m[train], rear_m - margin_m)
+    return limit_m

@@ -1,0 +1,98 @@
+"""Energy-saving driving on the line: to the second, and again after a hindrance."""
+
+import numpy as np
+import pytest
+
+import controllers.operation.eco as operation
+from controllers.operation.eco import EcoOptions
+from controllers.options import OptionError
+from railway.eco_run import eco
+from railway.line import Gradient, SpeedLimit
+from railway.records import RunRecord
+from railway.scenario import Scenario
+from railway.state import Reason
+from tests.property.runs import run
+from tests.worlds import two_station_scenario
+
+LIMITS = [SpeedLimit(900.0, 1200.0, 15.0)]
+GRADIENTS = [Gradient(400.0, 900.0, 0.006), Gradient(1300.0, 1900.0, -0.008)]
+
+
+def scenario_of(run_s: float, trains: int = 1, headway_s: float = 300.0) -> Scenario:
+    return two_station_scenario(
+        trains,
+        headway_s,
+        spacing_m=2000.0,
+        run_s=run_s,
+        limits=LIMITS,
+        gradients=GRADIENTS,
+        step_s=0.1,
+    )
+
+
+def net_j(record: RunRecord) -> float:
+    return float((record.energy.consumed_j - record.energy.recovered_j)[0])
+
+
+@pytest.mark.parametrize("run_s", [128.0, 130.0, 140.0, 170.0, 300.0])
+def test_with_slack_a_train_arrives_at_the_booked_time_and_saves(run_s: float) -> None:
+    fastest, _ = run(scenario_of(run_s), "close_up")
+    record, _ = run(scenario_of(run_s), "eco")
+    assert fastest.arrival_s[0, 1] < record.world.booked_arrival_s[0, 1] - 1.0
+    late_s = record.arrival_s[0, 1] - record.world.booked_arrival_s[0, 1]
+    assert -0.5 <= late_s <= 0.5
+    assert net_j(record) < 0.95 * net_j(fastest)
+    assert record.violations == ()
+
+
+def test_without_slack_a_train_runs_as_fast_as_it_may() -> None:
+    _, free = run(scenario_of(110.0), "close_up")
+    _, saving = run(scenario_of(110.0), "eco")
+    assert np.array_equal(saving.speed_mps, free.speed_mps)
+
+
+def test_what_lowers_the_speed_is_said() -> None:
+    record, _ = run(scenario_of(140.0), "eco")
+    assert Reason.ECO in record.trajectory.reason
+
+
+def test_a_train_that_is_held_up_and_late_follows_as_closely_as_it_may(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    planned: list[float] = []
+    plan = eco
+
+    def counted(*args: object, **options: object) -> object:
+        planned.append(1.0)
+        return plan(*args, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(operation, "eco", counted)
+    scenario = scenario_of(200.0, trains=2, headway_s=100.0)
+    delay_s = np.zeros((2, 2))
+    delay_s[0, 1] = 110.0
+    record, _ = run(scenario, "eco", delay_s=delay_s)
+    plans = len(planned)
+    close_up, _ = run(scenario, "close_up", delay_s=delay_s)
+    assert record.violations == ()
+    assert record.arrival_s[1, 1] > record.world.booked_arrival_s[1, 1]
+    intervals_s = [found.arrival_s[1, 1] - found.departure_s[0, 1] for found in (record, close_up)]
+    assert intervals_s[0] <= intervals_s[1] + 2.0
+    assert 2 <= plans <= 20
+
+
+def test_a_train_that_is_held_up_for_a_while_is_still_on_time() -> None:
+    scenario = scenario_of(200.0, trains=2, headway_s=80.0)
+    delay_s = np.zeros((2, 2))
+    delay_s[0, 0] = 60.0
+    record, _ = run(scenario, "eco", delay_s=delay_s)
+    assert record.violations == ()
+    assert record.arrival_s[1, 1] == pytest.approx(record.world.booked_arrival_s[1, 1], abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("options", "key"),
+    [({"least_slack_s": -1.0}, "least_slack_s"), ({"patience_s": 0.0}, "patience_s")],
+)
+def test_a_value_that_makes_no_sense_is_refused(options: dict[str, float], key: str) -> None:
+    with pytest.raises(OptionError, match=key):
+        EcoOptions(**options)
