@@ -43,7 +43,9 @@ def provenance_of(study: "Study", result: "StudyResult", wall_s: float) -> Mappi
         "step_s": study.step_s,
         "interrupted": result.interrupted,
         "controllers": {
-            spec.name: {
+            spec.name: {"peer": spec.peer}
+            if spec.peer
+            else {
                 "protection": spec.protection,
                 "operation": spec.operation,
                 "options": controllers.options_of(spec),

@@ -4,42 +4,62 @@ import os
 import signal
 from dataclasses import fields
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated, Any, TypeAlias
 
 import typer
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import (
-    BarColumn,
-    Progress,
-    ProgressColumn,
-    Task,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-)
+from rich.progress import ProgressColumn, Task, TaskID
 from rich.table import Table
 from rich.text import Text
+from typer.core import TyperCommand, TyperGroup
 
+import capacity
 import controllers
 import study
-from analysis import comparison, comparison_texts, sweep_texts
-from scenarios import ScenarioError
+from analysis import capacity_texts, comparison, comparison_texts, headway_texts, sweep_texts
+from screen import (
+    EXIT_BAD_INPUT,
+    EXIT_INTERRUPTED,
+    SIDE_BY_SIDE,
+    answers,
+    bars,
+    console,
+    list_sentences,
+    refusals,
+    show_side_by_side,
+    show_table,
+)
 
-EXIT_BAD_INPUT = 2
+__all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "EXIT_VIOLATION", "app", "end_as_by_ctrl_c"]
+
 EXIT_VIOLATION = 3
-EXIT_INTERRUPTED = 130
-SIDE_BY_SIDE = 4
-"""Controllers in one table, the baseline first; more do not fit on a screen."""
-SHOWN_SENTENCES = 10
-"""So that the first ones stay on the screen."""
 STEP_RANGE_S = (0.01, 0.5)
 SEED_MAX = 2**63 - 1
-MAIN_FILE = "scenario.toml"
+COMPARE = "compare"
+"""The command that need not be named."""
+OTHERS = """Other commands: python run.py capacity {scenario} tells how close trains can follow
+each other; python run.py capacity --help."""
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-console = Console(stderr=True)
-answers = Console()
+
+class Commands(TyperGroup):
+    """Takes a first argument that names no command for the scenario to compare."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - private type
+        """Name the command where the user did not."""
+        named = bool(args) and args[0] in self.commands
+        return super().parse_args(ctx, args if named else [COMPARE, *args])
+
+
+class Unnamed(TyperCommand):
+    """A command that need not be named."""
+
+    def make_context(self, info_name: str | None, *rest: Any, **extra: Any) -> Any:  # noqa: ANN401
+        """Leave the name out of what the user reads about its usage."""
+        parent = extra.pop("parent", None)
+        return super().make_context(parent.info_name if parent else info_name, *rest, **extra)
+
+
+app = typer.Typer(cls=Commands, add_completion=False, pretty_exceptions_enable=False)
 
 
 class Clock(ProgressColumn):
@@ -65,7 +85,15 @@ def _list_controllers(value: bool) -> None:
             options = (f"{field.name} = {_toml(field.default)}" for field in fields(layer.options))
             table.add_row(name, layer.summary, "\n".join(options))
         answers.print(table)
-    answers.print("A scenario names controllers as pairs of both: see its scenario.toml.")
+    title = "Peer (drives the trains itself)"
+    peers = Table("name", "what it does", title=title, title_justify="left")
+    for name, peer in controllers.PEERS.items():
+        peers.add_row(name, peer.summary)
+    answers.print(peers)
+    answers.print(
+        "A scenario names controllers as pairs of protection and operation, or as a peer: "
+        "see its scenario.toml."
+    )
     raise typer.Exit
 
 
@@ -83,30 +111,41 @@ def _whole_milliseconds(step_s: float | None) -> float | None:
     return step_s
 
 
-@app.command()
-def main(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
-    scenario: Annotated[Path, typer.Argument(help="Scenario folder, e.g. scenarios/rush_hour.")],
-    controller: Annotated[
-        list[str] | None,
-        typer.Option(help="Controller of the scenario; repeat for several, baseline first."),
-    ] = None,
+ScenarioFolder: TypeAlias = Annotated[
+    Path, typer.Argument(help="Scenario folder, e.g. scenarios/rush_hour.")
+]
+Names: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(help="Controller of the scenario; repeat for several, baseline first."),
+]
+Step: TypeAlias = Annotated[
+    float | None,
+    typer.Option(
+        min=STEP_RANGE_S[0],
+        max=STEP_RANGE_S[1],
+        callback=_whole_milliseconds,
+        help="Length of a step, whole milliseconds. [s]",
+    ),
+]
+Jobs: TypeAlias = Annotated[
+    int, typer.Option(min=1, help="Processes to use.", show_default="all processors")
+]
+Out: TypeAlias = Annotated[Path, typer.Option(help="Where results go.")]
+PROCESSORS = os.cpu_count() or 1
+OUT = Path("out")
+
+
+@app.command(COMPARE, cls=Unnamed, epilog=OTHERS)
+def compare(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
+    scenario: ScenarioFolder,
+    controller: Names = None,
     seed: Annotated[
         int | None, typer.Option(min=0, max=SEED_MAX, help="Seed of the dwell delays.")
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Run this many seeds, counting up.")] = 1,
-    step: Annotated[
-        float | None,
-        typer.Option(
-            min=STEP_RANGE_S[0],
-            max=STEP_RANGE_S[1],
-            callback=_whole_milliseconds,
-            help="Length of a step, whole milliseconds. [s]",
-        ),
-    ] = None,
-    jobs: Annotated[
-        int, typer.Option(min=1, help="Processes to use.", show_default="all processors")
-    ] = os.cpu_count() or 1,
-    out: Annotated[Path, typer.Option(help="Where results go.")] = Path("out"),
+    step: Step = None,
+    jobs: Jobs = PROCESSORS,
+    out: Out = OUT,
     gui: Annotated[bool, typer.Option("--gui", help="Show the runs in sumo-gui.")] = False,
     list_controllers: Annotated[  # noqa: ARG001 - handled by its callback
         bool,
@@ -114,15 +153,12 @@ def main(  # noqa: PLR0913, PLR0917 - one argument per option of the command lin
             "--list-controllers",
             callback=_list_controllers,
             is_eager=True,
-            help="Show what protections and operations there are.",
+            help="Show what protections, operations and peers there are.",
         ),
     ] = False,
 ) -> None:
     """Run the controllers of a scenario on the same trains and delays, and compare them."""
-    if not (scenario / MAIN_FILE).is_file():
-        problem = f"no such folder with a {MAIN_FILE}; allowed: a scenario folder"
-        _complain(f"{scenario} cannot be used", [f"{scenario}: {problem}"])
-    try:
+    with refusals(scenario, out):
         chosen = study.choose(
             scenario,
             names=controller or (),
@@ -133,32 +169,47 @@ def main(  # noqa: PLR0913, PLR0917 - one argument per option of the command lin
             gui=gui,
         )
         result = _run(chosen, out)
-    except ScenarioError as error:
-        _complain(f"{scenario} cannot be used", [str(fault) for fault in error.faults])
-    except controllers.ControllerError as error:
-        place = "" if error.where.startswith("--") else f"{MAIN_FILE}: "
-        _complain(f"{scenario} cannot be run", [f"{place}{error}"])
-    except study.StudyError as error:
-        _complain(f"{scenario} cannot be run", [str(error)])
-    except OSError as error:
-        told = f"{error.filename or out}: {error.strerror}" if error.strerror else str(error)
-        _complain(f"{scenario} cannot be run", [told])
-    except KeyboardInterrupt:
-        console.print("Interrupted: nothing was written.")
-        raise typer.Exit(EXIT_INTERRUPTED) from None
-    else:
-        _report(result)
+    _report(result)
+
+
+@app.command("capacity")
+def show_capacity(
+    scenario: ScenarioFolder,
+    controller: Names = None,
+    simulate: Annotated[
+        capacity.Check,
+        typer.Option(help="Which headways two simulated trains check: those of the line, or all."),
+    ] = capacity.Check.CRITICAL,
+    step: Step = None,
+    jobs: Jobs = PROCESSORS,
+    out: Out = OUT,
+) -> None:
+    """Tell how close trains can follow each other under the controllers of a scenario."""
+    with refusals(scenario, out):
+        chosen = study.choose(
+            scenario, names=controller or (), step_s=step, jobs=jobs, everything=True
+        )
+        with bars() as shown:
+            bar = shown.add_task("capacity")
+            found = capacity.run_capacity(
+                chosen,
+                out,
+                simulate,
+                lambda done, total: shown.update(bar, completed=done, total=total),
+            )
+    names = {station.id: station.name for station in chosen.scenario.line.stations}
+    answers.print("Headways in seconds by blocking times; in brackets: of two simulated trains")
+    header, rows, notes = headway_texts(found.headways, names)
+    show_side_by_side(header, rows, kept=2, shown=SIDE_BY_SIDE - 1)
+    for note in notes:
+        answers.print(escape(note))
+    header, rows = capacity_texts(found.capacity, names)
+    show_side_by_side(header, rows, kept=1, shown=SIDE_BY_SIDE)
+    answers.print(f"Results: {found.folder}", soft_wrap=True)
 
 
 def _run(chosen: study.Study, out: Path) -> study.StudyResult:
-    with Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-        Clock(),
-        TimeElapsedColumn(),
-        console=console,
-    ) as bars:
+    with bars(Clock()) as shown:
         # Of each controller.
         runs = len(chosen.tasks) // len(chosen.specs)
         many = f", {runs} {'delays' if chosen.scenario.sweep else 'seeds'}" if runs > 1 else ""
@@ -169,32 +220,19 @@ def _run(chosen: study.Study, out: Path) -> study.StudyResult:
         def show(task: study.Task, done_s: float, expected_s: float) -> None:
             name, done[task] = task.controller, done_s
             if name not in bar_of:
-                bar_of[name] = bars.add_task(f"{name}{many}")
+                bar_of[name] = shown.add_task(f"{name}{many}")
             together_s = sum(s for other, s in done.items() if other.controller == name)
             total_s = max(together_s, runs * expected_s)
-            bars.update(bar_of[name], completed=together_s, total=total_s)
+            shown.update(bar_of[name], completed=together_s, total=total_s)
 
         return study.run_study(chosen, out, show)
-
-
-def _complain(title: str, sentences: list[str]) -> NoReturn:
-    console.print(f"[bold red]{escape(title)}[/]", soft_wrap=True)
-    _list(sentences)
-    raise typer.Exit(EXIT_BAD_INPUT)
-
-
-def _list(sentences: list[str]) -> None:
-    for sentence in sentences[:SHOWN_SENTENCES]:
-        console.print(f"  {escape(sentence)}", soft_wrap=True)
-    if len(sentences) > SHOWN_SENTENCES:
-        console.print(f"  and {len(sentences) - SHOWN_SENTENCES} more")
 
 
 def _report(result: study.StudyResult) -> None:
     if result.summary is not None:
         if result.sweep:
             header, rows = sweep_texts(result.sweep.indicators)
-            _show_table(header, *rows)
+            show_table(header, *rows)
             if result.sweep.published:
                 source = escape(result.sweep.published.source)
                 answers.print(f"Published: {source}", soft_wrap=True)
@@ -202,13 +240,11 @@ def _report(result: study.StudyResult) -> None:
             header, rows = comparison_texts(comparison(result.summary))
             if header[2:]:
                 answers.print(f"In brackets: change against {escape(header[1])}")
-            for first in range(2, max(len(header), 3), SIDE_BY_SIDE - 1):
-                kept = [0, 1, *range(first, min(first + SIDE_BY_SIDE - 1, len(header)))]
-                _show_table(*([line[column] for column in kept] for line in (header, *rows)))
+            show_side_by_side(header, rows, kept=2, shown=SIDE_BY_SIDE - 1)
         answers.print(f"Results: {result.folder}", soft_wrap=True)
     if result.violations:
         console.print(f"[bold red]{len(result.violations)} safety violations[/]")
-        _list(result.violations)
+        list_sentences(result.violations)
     if result.interrupted:
         told = "what was finished is kept" if result.outcomes else "no run was finished"
         console.print(f"Interrupted: {told}.")
@@ -216,16 +252,6 @@ def _report(result: study.StudyResult) -> None:
         raise typer.Exit(EXIT_VIOLATION)
     if result.interrupted:
         raise typer.Exit(EXIT_INTERRUPTED)
-
-
-def _show_table(header: list[str], *rows: list[str]) -> None:
-    # Names with spaces wrap where a reader expects it.
-    table = Table(*(escape(name.replace("_", " ")) for name in header))
-    for column in table.columns[1:]:
-        column.justify, column.overflow = "right", "fold"
-    for row in rows:
-        table.add_row(*map(escape, row))
-    answers.print(table)
 
 
 def end_as_by_ctrl_c() -> None:

@@ -17,10 +17,10 @@ import pandas as pd
 
 import controllers
 from analysis import (
-    PUBLISHED_FILES,
     SweepTables,
     is_results_folder,
     publish,
+    put_in_place,
     read_run,
     run_folder,
     run_tables,
@@ -33,13 +33,14 @@ from railway.records import RunRecord
 from railway.scenario import ControllerSpec, Scenario
 from railway.world import World, build_world
 from scenarios import load
-from sumo_net.build import build
+from sumo_net.build import build, build_native
 from sumo_net.engine import SumoEngine
+from sumo_net.native import NativeEngine, PeerError
 from workers import in_processes
 
 
 class StudyError(ValueError):
-    """What of a scenario cannot be run: the option, what is wrong, what is allowed."""
+    """What of a scenario cannot be run: the option or the run, and what is wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,9 +188,12 @@ def run_once(
         operation=wrap("operation", bare.operation),
         drive=wrap("drive", bare.drive),
     )
+    peer = controllers.PEERS[spec.peer] if spec.peer else None
+    write = partial(build_native, moving_block=peer.moving_block) if peer else build
+    engine: type[NativeEngine | SumoEngine] = NativeEngine if peer else SumoEngine
     with tempfile.TemporaryDirectory(prefix="kankaku-") as folder:
-        files = build(scenario, world, delays_s, Path(folder))
-        with SumoEngine(files, world, gui=gui) as sumo:
+        files = write(scenario, world, delays_s, Path(folder))
+        with engine(files, world, gui=gui) as sumo:
             return simulate(
                 world,
                 wrap("engine", sumo),
@@ -253,7 +257,7 @@ def run_study(study: Study, out: Path, progress: Progress = lambda *_: None) -> 
             except KeyboardInterrupt:
                 result.interrupted = True
                 _publish(study, result, work, wall_s)
-            _put_in_place(work, target, Path(place) / "earlier")
+            put_in_place(work, target, Path(place) / "earlier")
     return result
 
 
@@ -282,22 +286,6 @@ def _publish(study: Study, result: StudyResult, work: Path, wall_s: float) -> No
     result.summary, result.sweep = publish(work, study.scenario, runs, provenance)
 
 
-def _put_in_place(work: Path, target: Path, aside: Path) -> None:
-    """Replace earlier results, and keep what the user laid beside them."""
-    if target.exists():
-        target.replace(aside)
-    work.replace(target)
-    if aside.exists():
-        for item in aside.iterdir():
-            if not (target / item.name).exists() and not _is_ours(item):
-                item.replace(target / item.name)
-
-
-def _is_ours(item: Path) -> bool:
-    places = ("calls.csv", "seed_*/calls.csv", "delay_*/calls.csv")
-    return item.name in PUBLISHED_FILES or any(any(item.glob(place)) for place in places)
-
-
 def _folder_of(study: Study, task: Task, work: Path) -> Path:
     return run_folder(work, *task, seeds=len(study.seeds))
 
@@ -306,7 +294,11 @@ def _perform(study: Study, work: Path, task: Task, progress: Callable[[float], N
     started = time.perf_counter()
     spec = next(spec for spec in study.specs if spec.name == task.controller)
     scenario = study.scenario.with_initial_delay(task.initial_delay_s)
-    record = run_once(scenario, spec, task.seed, study.step_s, gui=study.gui, progress=progress)
+    try:
+        record = run_once(scenario, spec, task.seed, study.step_s, gui=study.gui, progress=progress)
+    except PeerError as error:
+        msg = f"{task}: {error}"
+        raise StudyError(msg) from error
     write_run(run_tables(record), _folder_of(study, task, work))
     return Outcome(
         task,
@@ -335,7 +327,7 @@ def _expected_span_s(scenario: Scenario) -> tuple[float, float]:
     return min(call.arrival_s for call in calls), max(call.departure_s for call in calls)
 
 
-def choose(
+def choose(  # noqa: PLR0913 - one argument per choice of the user
     folder: Path,
     *,
     names: Sequence[str] = (),
@@ -344,6 +336,7 @@ def choose(
     step_s: float | None = None,
     jobs: int = 1,
     gui: bool = False,
+    everything: bool = False,
 ) -> Study:
     """
     Read a scenario folder and choose what to run of it.
@@ -353,7 +346,7 @@ def choose(
     folder
         Scenario folder.
     names
-        Controllers to run, baseline first; all that the scenario names if empty.
+        Controllers to run, baseline first; all that run by default if empty.
     seed
         First seed; the scenario's own if None.
     seeds
@@ -364,6 +357,8 @@ def choose(
         Processes to use.
     gui
         Show the runs in sumo-gui, one after the other.
+    everything
+        Where no names are given, take the controllers that do not run by default, too.
 
     Returns
     -------
@@ -390,7 +385,8 @@ def choose(
     first = scenario.seed if seed is None else seed
     return Study(
         scenario,
-        tuple(known[name] for name in dict.fromkeys(names)) or scenario.controllers,
+        tuple(known[name] for name in dict.fromkeys(names))
+        or tuple(spec for spec in scenario.controllers if spec.by_default or everything),
         tuple(range(first, first + seeds)),
         scenario.step_s if step_s is None else step_s,
         1 if gui else jobs,

@@ -116,6 +116,33 @@ def publish(
     return findings
 
 
+def put_in_place(work: Path, target: Path, aside: Path) -> None:
+    """
+    Put a results folder in the place of earlier results; what the user laid there stays.
+
+    Parameters
+    ----------
+    work
+        The new folder.
+    target
+        Where it belongs.
+    aside
+        Where the earlier results go, on the same disk; must not exist.
+    """
+    if target.exists():
+        target.replace(aside)
+    work.replace(target)
+    if aside.exists():
+        for item in aside.iterdir():
+            if not (target / item.name).exists() and not _is_ours(item):
+                item.replace(target / item.name)
+
+
+def _is_ours(item: Path) -> bool:
+    places = ("calls.csv", "seed_*/calls.csv", "delay_*/calls.csv")
+    return item.name in PUBLISHED_FILES or any(any(item.glob(place)) for place in places)
+
+
 def _figures(
     scenario: Scenario,
     swept: SweepTables | None,

@@ -17,6 +17,7 @@ REASON_TEXTS: Mapping[str, str] = {
     "line_ceiling": "line speed",
     "authority": "protection: a train or a conflict ahead",
     "station_stop": "braking for its own stop",
+    "peer": "driven by the peer",
 }
 # Wall times stay in provenance.json, so that the report can be reproduced.
 FACTS: Mapping[str, str] = {
@@ -83,7 +84,7 @@ def report_text(
     sections = (
         [f"# {title}"],
         _what_was_run(summary, provenance),
-        _safety(summary, swept=swept is not None),
+        [*_safety(summary, swept=swept is not None), *_peers(provenance)],
         _swept(swept) if swept else _compared(summary),
         _reasons(runs),
         [f"![{label_of(name.rpartition('.')[0])}]({name})" for name in figures],
@@ -120,6 +121,18 @@ def _safety(summary: pd.DataFrame, *, swept: bool) -> list[str]:
 def _run_text(row: Mapping[str, Any], *, swept: bool) -> str:
     told = f"{row['controller']}, seed {row['seed']}"
     return f"{told}, initial delay {row['initial_delay_s']:.1f} s" if swept else told
+
+
+def _peers(provenance: Mapping[str, Any]) -> list[str]:
+    controllers = provenance.get("controllers", {})
+    names = [name for name, told in controllers.items() if "peer" in told]
+    if not names:
+        return []
+    told = (
+        f"Under {', '.join(names)} another program drives the trains: only collisions and trains "
+        "that never reach the end of the line count as violations there."
+    )
+    return ["", told]
 
 
 def _swept(swept: SweepTables) -> list[str]:

@@ -17,7 +17,7 @@ from railway.arrays import FloatArray
 from railway.line import Line
 from railway.scenario import Scenario
 from railway.world import World
-from sumo_net import plain_xml
+from sumo_net import native_xml, plain_xml
 
 NETCONVERT_OPTIONS = (
     "--no-internal-links",
@@ -35,6 +35,11 @@ Else a train enters only when the stretch to the next signal is free, which with
 is the whole line. The option holds for signals in the network, too: they stay green. An
 empty value would say it better, but SUMO does not read one from a file.
 """
+
+_PROCESSING = {"time-to-teleport": "-1", "collision.action": "warn"}
+COMMANDED_OPTIONS = {"step-method.ballistic": "true", **_PROCESSING}
+NATIVE_OPTIONS = {**_PROCESSING, "collision.mingap-factor": "0"}
+"""SUMO's rail model knows no ballistic steps; trains collide when they touch, not before."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,50 +185,105 @@ def build(
     NetworkError
         If netconvert refuses the network.
     """
-    line = scenario.line if signals else replace(scenario.line, blocks=())
+    # Limits are the controller's, not SUMO's.
+    blocks = scenario.line.blocks if signals else ()
+    line = replace(scenario.line, limits=(), blocks=blocks)
+    options = COMMANDED_OPTIONS | ({} if blocks else IGNORE_SIGNALS)
+    routes = plain_xml.routes_xml(
+        line, scenario.train_types.values(), scenario.timetable, dwell_delay_s, world.step_s
+    )
+    files = {"platforms.add.xml": plain_xml.platforms_xml(line), "trains.rou.xml": routes}
+    return _write(folder, line, files, options, world, dwell_delay_s)
+
+
+def build_native(
+    scenario: Scenario,
+    world: World,
+    dwell_delay_s: FloatArray,
+    folder: Path,
+    *,
+    moving_block: bool,
+) -> SumoFiles:
+    """
+    Write what a run needs in which SUMO's own model drives the trains.
+
+    Parameters
+    ----------
+    scenario
+        Line, fleet and timetable.
+    world
+        Whose step is used.
+    dwell_delay_s
+        Dwell delay of every call. [s], shape (n_trains, n_calls_max)
+    folder
+        Where to write; made if missing.
+    moving_block
+        Keep trains apart by their distance, not by blocks.
+
+    Returns
+    -------
+    SumoFiles
+        Configuration that ``sumo -c`` runs as it is.
+
+    Raises
+    ------
+    NetworkError
+        If netconvert refuses the network.
+    """
+    line = native_xml.native_line(scenario.line, moving_block=moving_block)
     timetable = scenario.timetable
-    ready_s = min(service.calls[0].arrival_s for service in timetable.services)
-    begin_s = math.floor(ready_s - world.step_s) - 1.0
-    folder.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(network(line), folder / "line.net.xml")
-    texts = {
+    options = NATIVE_OPTIONS | ({"railsignal-moving-block": "true"} if moving_block else {})
+    kinds = scenario.train_types.values()
+    files = {
+        "order.add.xml": native_xml.order_xml(line, timetable),
         "platforms.add.xml": plain_xml.platforms_xml(line),
         "trains.rou.xml": plain_xml.routes_xml(
-            line, scenario.train_types.values(), timetable, dwell_delay_s, world.step_s
+            line, kinds, timetable, dwell_delay_s, world.step_s, native_xml.NATIVE
         ),
-        "line.sumocfg": _configuration_xml(begin_s, world.step_s, signals=bool(line.blocks)),
     }
-    for name, text in texts.items():
+    return _write(folder, line, files, options, world, dwell_delay_s)
+
+
+def _write(
+    folder: Path,
+    line: Line,
+    files: Mapping[str, str],
+    options: Mapping[str, str],
+    world: World,
+    dwell_delay_s: FloatArray,
+) -> SumoFiles:
+    """Write the network, the files and the configuration that names them."""
+    begin_s = math.floor(float(world.booked_arrival_s[:, 0].min()) - world.step_s) - 1.0
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(network(line), folder / "line.net.xml")
+    additional = ",".join(name for name in files if name.endswith(".add.xml"))
+    configuration = _configuration_xml(additional, begin_s, world.step_s, options)
+    for name, text in {**files, "line.sumocfg": configuration}.items():
         (folder / name).write_text(text, encoding="utf-8")
     dwell_s = world.minimum_dwell_s[:, :-1] + dwell_delay_s
     return SumoFiles(folder / "line.sumocfg", folder / "line.net.xml", begin_s, dwell_s)
 
 
-def _configuration_xml(begin_s: float, step_s: float, *, signals: bool) -> str:
-    groups: dict[str, dict[str, str]] = {
+def _configuration_xml(
+    additional: str, begin_s: float, step_s: float, options: Mapping[str, str]
+) -> str:
+    groups: dict[str, Mapping[str, str]] = {
         "input": {
             "net-file": "line.net.xml",
-            "additional-files": "platforms.add.xml",
+            "additional-files": additional,
             "route-files": "trains.rou.xml",
         },
         "time": {
             "begin": f"{begin_s:.0f}",
             "step-length": f"{step_s:.3f}",
         },
-        "processing": {
-            "step-method.ballistic": "true",
-            "time-to-teleport": "-1",
-            "collision.action": "warn",
-            # Else an entering train waits until the whole stretch without signals is free.
-        },
+        "processing": options,
         "report": {"no-step-log": "true"},
     }
-    if not signals:
-        groups["processing"] |= IGNORE_SIGNALS
     root = ET.Element("configuration")
-    for group, options in groups.items():
+    for group, members in groups.items():
         element = ET.SubElement(root, group)
-        for option, value in options.items():
+        for option, value in members.items():
             ET.SubElement(element, option, value=value)
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"

@@ -1,6 +1,7 @@
-"""The only place that talks to a running SUMO."""
+"""The only door to a running SUMO, and the engine that commands its trains."""
 
 import importlib
+from collections.abc import Mapping
 from types import TracebackType
 from typing import Any, Self
 
@@ -13,6 +14,7 @@ from railway.world import World
 from sumo_net import names
 from sumo_net.build import IGNORE_SIGNALS, SumoFiles, sumo_binary
 from sumo_net.plain_xml import STOP_TOLERANCE_M
+from sumo_net.signals import BlockSignals, shown_network
 
 HALTING_SPEED_MPS = 0.1
 """SUMO begins a stop at this speed or less, and the train comes to a stand. [m/s]"""
@@ -48,9 +50,8 @@ class SumoEngine:
     Runs trains in SUMO; implements :class:`railway.engine.Engine`.
 
     Used as a context manager. Without a window SUMO runs inside this process, which holds
-    one simulation at a time, and a train enters as soon as its platform is free. With a
-    window signals show their aspects, and then SUMO lets a train enter only when the block
-    of its origin is free, too.
+    one simulation at a time. With a window it is a program of its own, and signals show
+    which blocks are occupied.
 
     A ballistic step moves a train exactly as commanded, so between events the commands of
     up to a second are integrated here and then handed to SUMO step by step in one go: both
@@ -61,6 +62,7 @@ class SumoEngine:
 
     def __init__(self, files: SumoFiles, world: World, *, gui: bool = False) -> None:
         self._files = files
+        self._world = world
         self._gui = gui
         self._step_s = world.step_s
         self._end_m = world.line.end_m
@@ -88,18 +90,13 @@ class SumoEngine:
         self._most_pending = 1 if gui else max(1, round(RUN_AHEAD_S / world.step_s))
         self._alert_until = ALERT_STEPS
         self._commands_mps = self._speed_mps
+        self._signals: BlockSignals | None = None
 
     def __enter__(self) -> Self:
         """Start SUMO."""
-        sumo = _library(gui=self._gui)
-        self._lost: type[Exception] = sumo.FatalTraCIError
-        try:
-            sumo.start(self._command(), **({"numRetries": GUI_TRIES} if self._gui else {}))
-        except self._lost as error:
-            msg = "sumo-gui does not answer; is there a display?"
-            raise OSError(msg) from error
+        shown = {"net-file": str(shown_network(self._files.network))} if self._gui else {}
+        self._sumo = sumo = start(self._files, IGNORE_SIGNALS | shown, gui=self._gui)
         vehicle, simulation = sumo.vehicle, sumo.simulation
-        self._close = sumo.close
         self._advance = sumo.simulationStep
         self._get_distance = vehicle.getDistance
         self._get_speed = vehicle.getSpeed
@@ -112,6 +109,8 @@ class SumoEngine:
         self._collisions = simulation.getCollisions
         for train_type in self._types:
             disarm(sumo, train_type)
+        if self._gui:
+            self._signals = BlockSignals(self._world, sumo)
         return self
 
     def __exit__(
@@ -121,20 +120,7 @@ class SumoEngine:
         trace: TracebackType | None,
     ) -> None:
         """End SUMO; a window that the user closed interrupts the run like Ctrl-C."""
-        if isinstance(error, self._lost):
-            raise KeyboardInterrupt from error
-        self._close()
-
-    def _command(self) -> list[str]:
-        options = ["-c", str(self._files.config), "--no-warnings"]
-        if self._gui:
-            view = self._files.config.with_name("view.xml")
-            view.write_text(VIEW, encoding="utf-8")
-            window = ["--start", "--quit-on-end", "--window-size=1280,800"]
-            window.append(f"--gui-settings-file={view}")
-            return [str(sumo_binary("sumo-gui")), *options, *window]
-        ignored = [f"--{option}={value}" for option, value in IGNORE_SIGNALS.items()]
-        return ["sumo", *options, *ignored]
+        close(self._sumo, error)
 
     def observe(self) -> Observation:
         """
@@ -165,9 +151,12 @@ class SumoEngine:
         if left or entered or begun or released or stopped:
             self._alert_until = self._steps + ALERT_STEPS
         collided, self._collided = tuple(sorted(self._collided)), set()
-        return Observation(
+        seen = Observation(
             time_s, self._front_m, self._speed_mps, entered, stopped, released, left, collided
         )
+        if self._signals:
+            self._signals.show(seen)
+        return seen
 
     @property
     def _time_s(self) -> float:
@@ -344,7 +333,63 @@ def disarm(sumo: Any, train_type: str) -> None:  # noqa: ANN401
     sumo.vehicletype.setDecel(train_type, UNLIMITED_MPS2)
 
 
-def _library(*, gui: bool) -> Any:  # noqa: ANN401
+def start(files: SumoFiles, options: Mapping[str, str], *, gui: bool) -> Any:  # noqa: ANN401
+    """
+    Start SUMO.
+
+    Parameters
+    ----------
+    files
+        What it runs.
+    options
+        Options beside those of the files.
+    gui
+        Run in sumo-gui instead of inside this process.
+
+    Returns
+    -------
+    Any
+        The library through which it is spoken to.
+
+    Raises
+    ------
+    OSError
+        If there is no window.
+    """
     # The package that ships the programs tells SUMO where its data is.
     importlib.import_module("sumo")
-    return importlib.import_module("traci" if gui else "libsumo")
+    sumo = importlib.import_module("traci" if gui else "libsumo")
+    command = [str(sumo_binary("sumo-gui")) if gui else "sumo", "-c", str(files.config)]
+    command += ["--no-warnings", *(f"--{option}={value}" for option, value in options.items())]
+    if gui:
+        view = files.config.with_name("view.xml")
+        view.write_text(VIEW, encoding="utf-8")
+        command += ["--start", "--quit-on-end", "--window-size=1280,800"]
+        command.append(f"--gui-settings-file={view}")
+    try:
+        sumo.start(command, **({"numRetries": GUI_TRIES} if gui else {}))
+    except sumo.FatalTraCIError as error:
+        msg = "sumo-gui does not answer; is there a display?"
+        raise OSError(msg) from error
+    return sumo
+
+
+def close(sumo: Any, error: BaseException | None) -> None:  # noqa: ANN401
+    """
+    End SUMO; a window that the user closed interrupts the run like Ctrl-C.
+
+    Parameters
+    ----------
+    sumo
+        The running simulation.
+    error
+        What ended the run, if not its end.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If the window is closed.
+    """
+    if isinstance(error, sumo.FatalTraCIError):
+        raise KeyboardInterrupt from error
+    sumo.close()

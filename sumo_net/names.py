@@ -58,6 +58,25 @@ def signal_node(track: str, index: int) -> str:
     return f"signal#{safe(track)}#{index}"
 
 
+def limit_node(track: str, index: int) -> str:
+    """
+    Return the node at which the speed limit changes within a track.
+
+    Parameters
+    ----------
+    track
+        Identifier of the track.
+    index
+        The new limit holds from the start of this edge of the track. [-]
+
+    Returns
+    -------
+    str
+        The identifier.
+    """
+    return f"limit#{safe(track)}#{index}"
+
+
 def edge(track: str, index: int) -> str:
     """
     Return an edge of a track.

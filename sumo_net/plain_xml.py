@@ -1,8 +1,9 @@
 """A line and its timetable as the plain XML that SUMO reads; pure functions."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise, product
+from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -17,14 +18,16 @@ from sumo_net.drawing import centre_line, track_points
 STOP_TOLERANCE_M = 0.5
 """A front this far before or beyond the aimed stop position starts the stop. [m]"""
 EDGE_SPEED_MPS = 150.0
-"""Speed limit of every edge: none, because limits are the controller's. [m/s]"""
+"""Speed limit of an edge without one. [m/s]"""
 SIGNAL_BEYOND_STOP_M = 1.0
 """Least distance from a stop position to the signal that it waits at. [m]"""
+SHORTEST_EDGE_M = 1.0
+"""Limits that begin nearer to another cut begin there. [m]"""
 
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """A stretch of one track without a signal inside."""
+    """A stretch of one track without a signal inside, and of one speed limit."""
 
     id: str
     section: int
@@ -33,6 +36,9 @@ class Edge:
     end_m: float
     from_node: str
     to_node: str
+    limit_mps: float
+    at_signal: bool
+    """It begins at a signal within the track."""
 
     @property
     def length_m(self) -> float:
@@ -42,7 +48,7 @@ class Edge:
 
 def cut_tracks(line: Line) -> Mapping[str, tuple[Edge, ...]]:
     """
-    Cut each track at its signals.
+    Cut each track at its signals, and where its speed limit changes.
 
     Parameters
     ----------
@@ -57,8 +63,12 @@ def cut_tracks(line: Line) -> Mapping[str, tuple[Edge, ...]]:
     edges: dict[str, tuple[Edge, ...]] = {}
     for section, stretch in enumerate(line.sections):
         for index, track in enumerate(stretch.tracks):
-            cuts = [stretch.start_m, *_signals_m(line, track.id, section), stretch.end_m]
-            inner = [names.signal_node(track.id, count) for count in range(1, len(cuts) - 1)]
+            signals_m = _signals_m(line, track.id, section)
+            cuts = _with_limits(line, [stretch.start_m, *signals_m, stretch.end_m])
+            inner = [
+                (names.signal_node if cut_m in signals_m else names.limit_node)(track.id, count)
+                for count, cut_m in enumerate(cuts[1:-1], start=1)
+            ]
             nodes = [names.section_node(section), *inner, names.section_node(section + 1)]
             edges[track.id] = tuple(
                 Edge(
@@ -69,6 +79,8 @@ def cut_tracks(line: Line) -> Mapping[str, tuple[Edge, ...]]:
                     end_m=round(end_m, 3),
                     from_node=nodes[count],
                     to_node=nodes[count + 1],
+                    limit_mps=_limit_mps(line, 0.5 * (start_m + end_m)),
+                    at_signal=start_m in signals_m,
                 )
                 for count, (start_m, end_m) in enumerate(pairwise(cuts))
             )
@@ -90,9 +102,25 @@ def _signals_m(line: Line, track: str, section: int) -> list[float]:
     return sorted(signal for signal in signals_m if first_m < signal < last_m)
 
 
+def _with_limits(line: Line, cuts_m: list[float]) -> list[float]:
+    changes_m = {at_m for limit in line.limits for at_m in (limit.start_m, limit.end_m)}
+    clear_m = [
+        change_m
+        for change_m in changes_m
+        if cuts_m[0] < change_m < cuts_m[-1]
+        and min(abs(change_m - cut_m) for cut_m in cuts_m) >= SHORTEST_EDGE_M
+    ]
+    return sorted([*cuts_m, *clear_m])
+
+
+def _limit_mps(line: Line, place_m: float) -> float:
+    here = [limit for limit in line.limits if limit.start_m <= place_m < limit.end_m]
+    return min((limit.limit_mps for limit in here), default=EDGE_SPEED_MPS)
+
+
 def nodes_xml(line: Line) -> str:
     """
-    Return the nodes: the ends of sections, and the signals between them.
+    Return the nodes: the ends of sections, and signals and changes of the limit between them.
 
     Parameters
     ----------
@@ -117,7 +145,7 @@ def nodes_xml(line: Line) -> str:
             points = track_points(
                 line, drawn, edge.section, edge.track_index, (edge.start_m, edge.end_m)
             )
-            _add_node(root, edge.from_node, points[0], signal=True)
+            _add_node(root, edge.from_node, points[0], signal=edge.at_signal)
     return _text(root)
 
 
@@ -162,7 +190,7 @@ def edges_xml(line: Line) -> str:
                 "from": edge.from_node,
                 "to": edge.to_node,
                 "numLanes": "1",
-                "speed": f"{EDGE_SPEED_MPS:.2f}",
+                "speed": f"{edge.limit_mps:.3f}",
                 "length": f"{edge.length_m:.3f}",
                 "distance": f"{edge.start_m:.3f}",
                 "allow": "rail",
@@ -264,12 +292,24 @@ def platforms_xml(line: Line) -> str:
     return _text(root)
 
 
+class Driver(NamedTuple):
+    """What the files say by who drives the trains."""
+
+    type_attributes: Callable[[TrainType], dict[str, str]]
+    train_attributes: Mapping[str, str]
+    stop_end_m: float
+    """End of a stop beyond the aimed position, which SUMO's own model makes for. [m]"""
+    late_steps: int
+    """Steps by which stops end later in the files than SUMO reports their end. [-]"""
+
+
 def routes_xml(
     line: Line,
     train_types: Iterable[TrainType],
     timetable: Timetable,
     dwell_delay_s: FloatArray,
     step_s: float,
+    driver: Driver | None = None,
 ) -> str:
     """
     Return train types and trains with their stops.
@@ -290,15 +330,19 @@ def routes_xml(
         Dwell delay of every call. [s], shape (n_trains, n_calls_max)
     step_s
         Length of a step. [s]
+    driver
+        Who drives the trains; our own commands if None.
 
     Returns
     -------
     str
         XML for SUMO, trains sorted by the time they enter, as SUMO demands.
     """
+    driver = driver or COMMANDED
     root = ET.Element("routes")
     for kind in train_types:
-        ET.SubElement(root, "vType", _type_attributes(kind))
+        ET.SubElement(root, "vType", driver.type_attributes(kind))
+    late_s = (driver.late_steps - 1) * step_s
     edges = cut_tracks(line)
     rows = sorted(
         range(len(timetable.services)),
@@ -309,6 +353,7 @@ def routes_xml(
         first = service.calls[0]
         origin = edge_of_stop(edges, first.track, first.stop_m)
         train = ET.SubElement(root, "vehicle", _train_attributes(service, origin, step_s))
+        train.attrib.update(driver.train_attributes)
         ET.SubElement(train, "route", edges=_route(edges, service, origin))
         dwells_s = [
             call.minimum_dwell_s + delay_s
@@ -321,9 +366,9 @@ def routes_xml(
             attributes = {
                 "lane": names.lane(edge.id),
                 "startPos": f"{aimed_m - STOP_TOLERANCE_M:.3f}",
-                "endPos": f"{aimed_m + STOP_TOLERANCE_M:.3f}",
-                "duration": f"{dwell_s:.3f}",
-                "until": f"{call.departure_s - step_s:.3f}",
+                "endPos": f"{aimed_m + driver.stop_end_m:.3f}",
+                "duration": f"{dwell_s + driver.late_steps * step_s:.3f}",
+                "until": f"{call.departure_s + late_s:.3f}",
             }
             ET.SubElement(train, "stop", attributes)
     return _text(root)
@@ -358,9 +403,16 @@ def _train_attributes(service: Service, origin: Edge, step_s: float) -> dict[str
         "depart": f"{service.calls[0].arrival_s - step_s:.3f}",
         "departPos": f"{service.calls[0].stop_m - origin.start_m:.3f}",
         "departSpeed": "0",
-        # Enter as soon as the platform is free, however near the next train behind may be.
-        "insertionChecks": "collision",
     }
+
+
+COMMANDED = Driver(
+    _type_attributes,
+    # Enter as soon as the platform is free, however near the next train behind may be.
+    {"insertionChecks": "collision"},
+    stop_end_m=STOP_TOLERANCE_M,
+    late_steps=0,
+)
 
 
 def _text(root: ET.Element) -> str:

@@ -79,6 +79,12 @@ def two_controllers(folder: Path, protection: str = "moving_block") -> Path:
     return folder
 
 
+def peer(folder: Path, name: str) -> None:
+    """Add a peer to a scenario, under its own name."""
+    with (folder / "scenario.toml").open("a", encoding="utf-8") as file:
+        file.write(f'\n[controllers.{name}]\npeer = "{name}"\n')
+
+
 def contents(folder: Path) -> dict[str, bytes]:
     """Return the bytes of every file below a folder, hidden ones included."""
     return {

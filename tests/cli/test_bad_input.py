@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import Screen, kankaku
+from tests.cli.command import Screen, kankaku, peer
 from tests.unit.scenario_folder import FILES, replace, write_scenario
 
 BAD_INPUT = 2
@@ -100,6 +100,36 @@ def test_a_controller_option_out_of_range_is_named_with_file_and_range(folder: P
     assert "scenario.toml: controllers.plain.protection_options" in told
     assert "margin_m" in told
     assert "allowed: 0 " in told
+
+
+def test_a_peer_beside_a_protection_is_named_with_file_key_and_what_is_allowed(
+    folder: Path,
+) -> None:
+    replace(folder, "scenario.toml", 'operation = "close_up"', 'peer = "sumo_native_moving"')
+    told = refused(folder).complaints
+    assert "scenario.toml: controllers.plain.protection: stands beside peer" in told
+    assert "allowed: both protection and operation, or peer alone" in told
+
+
+def test_a_peer_that_needs_blocks_is_refused_on_a_line_without(folder: Path) -> None:
+    (folder / "blocks.csv").unlink()
+    peer(folder, "sumo_native_fixed")
+    told = refused(folder).complaints
+    assert "scenario.toml: controllers.sumo_native_fixed.peer: " in told
+    assert "allowed: a line with blocks.csv, or sumo_native_moving" in told
+
+
+def test_a_line_on_which_a_peer_leaves_a_stop_out_is_refused_with_the_run(folder: Path) -> None:
+    peer(folder, "sumo_native_fixed")
+    # SUMO takes the slope from the drawn line, and the geometry of this one is far too long.
+    (folder / "geometry.csv").unlink()
+    replace(folder, "gradients.csv", "0.5,0.9,-10\n", "0.5,0.9,-10\n2.0,3.5,-30\n")
+    replace(folder, "blocks.csv", "1.6,2.5\ns2,south-1,2.5", "1.6,3.02\ns2,south-1,3.02")
+    screen = kankaku(folder, "--out", folder.parent / "out", "--jobs", "1")
+    assert screen.status == BAD_INPUT
+    assert "sumo_native_fixed (seed 7): SUMO ran A1 past a booked stop" in screen.complaints
+    assert "Traceback" not in screen.complaints
+    assert not list((folder.parent / "out").iterdir())
 
 
 def test_a_controller_that_the_scenario_does_not_name_is_refused(folder: Path) -> None:

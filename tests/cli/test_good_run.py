@@ -11,7 +11,7 @@ import pytest
 
 from analysis import read_results
 from scenarios import load
-from tests.cli.command import PROJECT, Screen, contents, kankaku, two_controllers
+from tests.cli.command import PROJECT, Screen, contents, kankaku, peer, two_controllers
 from tests.unit.scenario_folder import write_scenario
 
 TABLES = {
@@ -202,8 +202,28 @@ def test_no_line_is_wider_than_the_terminal_but_paths(place: Path, width: int) -
 def test_the_controllers_are_listed_without_a_scenario() -> None:
     screen = kankaku("--list-controllers")
     assert screen.status == 0
-    for name in ("moving_block", "close_up", "two_stage"):
+    for name in ("moving_block", "close_up", "two_stage", "sumo_native_fixed"):
         assert name in screen.answers
+
+
+def test_peers_run_beside_a_controller_on_the_same_trains_and_delays(tmp_path: Path) -> None:
+    folder = write_scenario(tmp_path / "small")
+    peers = ("sumo_native_fixed", "sumo_native_moving")
+    for name in peers:
+        peer(folder, name)
+    screen = kankaku(folder, "--out", tmp_path / "out", "--jobs", "1")
+    assert screen.status == 0, screen.complaints
+    read = read_results(tmp_path / "out" / "small")
+    assert read.controllers == ("plain", *peers)
+    assert read.summary["trains_completed"].tolist() == [3, 3, 3]
+    assert not read.summary[["violations", "collisions"]].to_numpy().any()
+    delays = [read.run(name).calls["dwell_delay_s"].tolist() for name in ("plain", *peers)]
+    assert delays[0] == delays[1] == delays[2]
+    assert set(read.run(peers[0]).trajectory["reason"]) == {"peer", "dwelling"}
+    assert read.provenance["controllers"][peers[0]] == {"peer": peers[0]}
+    report = (read.folder / "report.md").read_text("utf-8")
+    assert "| driven by the peer | 0.0 % | 100.0 % | 100.0 % |" in report
+    assert f"Under {', '.join(peers)} another program drives the trains" in report
 
 
 def test_it_runs_from_another_folder_with_blanks_and_a_trailing_slash(tmp_path: Path) -> None:

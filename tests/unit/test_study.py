@@ -40,6 +40,15 @@ def test_a_study_takes_what_the_scenario_says(folder: Path) -> None:
     assert (chosen.seeds, chosen.step_s) == ((7,), 0.5)
 
 
+def test_what_does_not_run_by_default_runs_where_it_is_named(folder: Path) -> None:
+    replace(
+        folder, "scenario.toml", "[controllers.second]", "[controllers.second]\nby_default = false"
+    )
+    assert [spec.name for spec in study.choose(folder).specs] == ["plain"]
+    named = study.choose(folder, names=("plain", "second"))
+    assert [spec.name for spec in named.specs] == ["plain", "second"]
+
+
 def test_a_study_runs_every_controller_with_every_seed(folder: Path) -> None:
     chosen = study.choose(folder, names=("second", "plain"), seed=0, seeds=2, step_s=0.25)
     assert chosen.tasks == tuple(

@@ -1,0 +1,162 @@
+"""What every command shows: answers, progress, and complaints that fit on one screen."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NoReturn
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+import controllers
+import study
+from scenarios import ScenarioError
+
+EXIT_BAD_INPUT = 2
+EXIT_INTERRUPTED = 130
+SIDE_BY_SIDE = 4
+"""Controllers in one table, the first one in all; more do not fit on a screen."""
+SHOWN_SENTENCES = 10
+"""So that the first ones stay on the screen."""
+MAIN_FILE = "scenario.toml"
+
+console = Console(stderr=True)
+answers = Console()
+
+
+def bars(*columns: ProgressColumn) -> Progress:
+    """
+    Return progress bars.
+
+    Parameters
+    ----------
+    columns
+        What a bar tells beside its share and the time taken.
+
+    Returns
+    -------
+    Progress
+        On the error stream.
+    """
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        *columns,
+        TimeElapsedColumn(),
+        console=console,
+    )
+
+
+@contextmanager
+def refusals(scenario: Path, out: Path) -> Iterator[None]:
+    """
+    Tell what of a scenario cannot be used or run, and end.
+
+    Parameters
+    ----------
+    scenario
+        Its folder.
+    out
+        Where results go.
+    """
+    if not (scenario / MAIN_FILE).is_file():
+        problem = f"no such folder with a {MAIN_FILE}; allowed: a scenario folder"
+        complain(f"{scenario} cannot be used", [f"{scenario}: {problem}"])
+    try:
+        yield
+    except ScenarioError as error:
+        complain(f"{scenario} cannot be used", [str(fault) for fault in error.faults])
+    except controllers.ControllerError as error:
+        place = "" if error.where.startswith("--") else f"{MAIN_FILE}: "
+        complain(f"{scenario} cannot be run", [f"{place}{error}"])
+    except study.StudyError as error:
+        complain(f"{scenario} cannot be run", [str(error)])
+    except OSError as error:
+        told = f"{error.filename or out}: {error.strerror}" if error.strerror else str(error)
+        complain(f"{scenario} cannot be run", [told])
+    except KeyboardInterrupt:
+        console.print("Interrupted: nothing was written.")
+        raise typer.Exit(EXIT_INTERRUPTED) from None
+
+
+def complain(title: str, sentences: Sequence[str]) -> NoReturn:
+    """
+    Tell what is wrong, and end.
+
+    Parameters
+    ----------
+    title
+        What cannot be done.
+    sentences
+        Why.
+
+    Raises
+    ------
+    typer.Exit
+        Always.
+    """
+    console.print(f"[bold red]{escape(title)}[/]", soft_wrap=True)
+    list_sentences(sentences)
+    raise typer.Exit(EXIT_BAD_INPUT)
+
+
+def list_sentences(sentences: Sequence[str]) -> None:
+    """
+    Write the first of some sentences.
+
+    Parameters
+    ----------
+    sentences
+        To the error stream.
+    """
+    for sentence in sentences[:SHOWN_SENTENCES]:
+        console.print(f"  {escape(sentence)}", soft_wrap=True)
+    if len(sentences) > SHOWN_SENTENCES:
+        console.print(f"  and {len(sentences) - SHOWN_SENTENCES} more")
+
+
+def show_table(header: Sequence[str], *rows: Sequence[str]) -> None:
+    """
+    Write a table of numbers.
+
+    Parameters
+    ----------
+    header
+        Names of the columns, the first one of texts.
+    rows
+        Cells.
+    """
+    # Names with spaces wrap where a reader expects it.
+    table = Table(*(escape(name.replace("_", " ")) for name in header))
+    table.columns[0].overflow = "fold"
+    for column in table.columns[1:]:
+        column.justify, column.overflow = "right", "fold"
+    for row in rows:
+        table.add_row(*map(escape, row))
+    answers.print(table)
+
+
+def show_side_by_side(
+    header: Sequence[str], rows: Sequence[Sequence[str]], *, kept: int, shown: int
+) -> None:
+    """
+    Write a table of controllers, as many tables as it takes.
+
+    Parameters
+    ----------
+    header
+        Names of the columns.
+    rows
+        Cells.
+    kept
+        The first columns, which are in every table. [-]
+    shown
+        How many others fit beside them. [-]
+    """
+    for first in range(kept, max(len(header), kept + 1), shown):
+        columns = [*range(kept), *range(first, min(first + shown, len(header)))]
+        show_table(*([line[column] for column in columns] for line in (header, *rows)))
