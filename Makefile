@@ -5,10 +5,14 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour sakai test check format lint types contracts bench seeds steps limits readme clean
+.PHONY: rush-hour capacity sakai test check format lint types contracts bench seeds steps limits readme clean
 
 rush-hour: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour
+
+# Headways, blocking times and occupation under every controller; writes out/rush_hour_capacity/.
+capacity: $(READY)
+	$(BIN)/python run.py capacity scenarios/rush_hour
 
 # The case study of Sakai et al. 2020: one sweep for each of its three cases.
 sakai: $(READY)

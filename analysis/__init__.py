@@ -1,9 +1,17 @@
 """From the record of a run to tables, indicators, figures and a report."""
 
+from analysis.capacity import (
+    Assessment,
+    Occupation,
+    Stretches,
+    capacity_texts,
+    headway_texts,
+)
+from analysis.capacity_publishing import CapacityTables, is_capacity_folder, publish_capacity
 from analysis.compare import comparison, comparison_texts
 from analysis.delay import technical_run_times_s
 from analysis.interval_diagram import interval_figure
-from analysis.publishing import PUBLISHED_FILES, Findings, publish
+from analysis.publishing import Findings, publish, put_in_place
 from analysis.results import Results, is_results_folder, read_results, run_folder
 from analysis.speed_distance import Curve, Panel, follower_panels, speed_distance_figure
 from analysis.summary import summary_frame
@@ -21,21 +29,29 @@ from analysis.sweep import (
 from analysis.tables import RunTables, read_run, run_tables, write_run
 
 __all__ = [
-    "PUBLISHED_FILES",
+    "Assessment",
+    "CapacityTables",
     "Curve",
     "Findings",
+    "Occupation",
     "Panel",
     "Results",
     "RunTables",
+    "Stretches",
     "SweepTables",
+    "capacity_texts",
     "comparison",
     "comparison_texts",
     "follower_panels",
     "headway_margin_s",
+    "headway_texts",
     "interval_figure",
+    "is_capacity_folder",
     "is_results_folder",
     "measured_frame",
     "publish",
+    "publish_capacity",
+    "put_in_place",
     "read_intervals",
     "read_results",
     "read_run",

@@ -1,0 +1,319 @@
+"""
+Capacity: how close trains can follow each other under each controller of a scenario.
+
+Headways and blocking times follow from what a protection foresees; two trains on SUMO check
+them. ``run.py capacity`` gives this a command line.
+"""
+
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from enum import Enum
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+import controllers
+from analysis import (
+    Assessment,
+    CapacityTables,
+    Occupation,
+    Stretches,
+    is_capacity_folder,
+    publish_capacity,
+)
+from provenance import provenance_of
+from railway.arrays import FloatArray
+from railway.compression import busiest, least_shifts_s, occupation_s
+from railway.control import Controller, Foresight, Separation
+from railway.headway import Headway, blocking_times_s, technical_headways
+from railway.journey import Journey, booked_journey, technical_journey
+from railway.scenario import ControllerSpec
+from railway.timetable import Service, Timetable
+from railway.world import World
+from study import Study, StudyError, StudyResult, world_of
+from two_trains import foresight_of, simulated_headway_s
+from workers import in_processes
+
+GRID_M = 50.0
+"""Length of a stretch of line where there are no blocks. [m]"""
+BUSIEST_S = 3600.0
+
+
+class Check(Enum):
+    """Which headways to check by simulation."""
+
+    ALL = "all"
+    CRITICAL = "critical"
+    NONE = "none"
+
+
+class ByTheory(NamedTuple):
+    """Task: blocking times and compression under one controller."""
+
+    controller: str
+
+
+class TwoTrains(NamedTuple):
+    """Task: headways under one controller by simulation."""
+
+    controller: str
+    by_theory_s: tuple[float, ...]
+    """Headways by blocking times. [s]"""
+    call: int | None
+    """The headway into this call; without one, into the most critical calls of all."""
+
+
+Task: TypeAlias = ByTheory | TwoTrains
+Progress: TypeAlias = Callable[[int, int], None]
+"""Called with the number of finished tasks, and of all."""
+
+
+def assess_capacity(
+    study: Study, check: Check = Check.CRITICAL, progress: Progress = lambda *_: None
+) -> tuple[Assessment, ...]:
+    """
+    Return what is found out about every controller of a study but peers.
+
+    Parameters
+    ----------
+    study
+        Scenario, controllers, step and processes; its seeds play no part.
+    check
+        Which headways to check by simulation.
+    progress
+        Called when a task is finished.
+
+    Returns
+    -------
+    tuple[Assessment, ...]
+        In the order of the controllers.
+
+    Raises
+    ------
+    StudyError
+        If there are only peers, or no train calls twice.
+    ControllerError
+        If a controller cannot be built.
+    """
+    row = pattern_row(study.scenario.timetable)
+    # A peer does not say beforehand what it will permit.
+    specs = [spec for spec in study.specs if spec.peer is None]
+    if not specs:
+        msg = "--controller: nothing but peers; allowed: controllers with a protection"
+        raise StudyError(msg)
+    world = world_of(study.scenario, study.step_s)
+    built = {spec.name: foresight_of(controllers.build(spec, world)) for spec in specs}
+    first_alike = _first_alike(specs)
+    headways = {
+        spec.name: _technical(world, built[spec.name], row)[1]
+        for spec in specs
+        if first_alike[spec.name] == spec.name
+    }
+    tasks: list[Task] = [ByTheory(name) for name in headways]
+    by_theory_s = {
+        name: tuple(headway.headway_s for headway in headways[alike])
+        for name, alike in first_alike.items()
+    }
+    if check is Check.CRITICAL:
+        tasks += [TwoTrains(name, known_s, None) for name, known_s in by_theory_s.items()]
+    if check is Check.ALL:
+        tasks += [
+            TwoTrains(name, known_s, call)
+            for name, known_s in by_theory_s.items()
+            for call in range(1, len(known_s) + 1)
+        ]
+    theory: dict[str, Assessment] = {}
+    simulated_s = {name: np.full(len(known_s), np.nan) for name, known_s in by_theory_s.items()}
+    for finished, (task, answer) in enumerate(_answers(study, tasks), start=1):
+        if isinstance(answer, Assessment):
+            theory[task.controller] = answer
+        else:
+            known_s = simulated_s[task.controller]
+            simulated_s[task.controller] = np.where(np.isnan(answer), known_s, answer)
+        progress(finished, len(tasks))
+    return tuple(
+        replace(theory[alike], controller=name, simulated_s=simulated_s[name])
+        for name, alike in first_alike.items()
+    )
+
+
+def pattern_row(timetable: Timetable) -> int:
+    """
+    Return the train whose pattern both trains of a headway have.
+
+    Parameters
+    ----------
+    timetable
+        The timetable.
+
+    Returns
+    -------
+    int
+        Row of the first of the trains with the most calls.
+
+    Raises
+    ------
+    StudyError
+        If no train calls twice.
+    """
+    calls = [len(service.calls) for service in timetable.services]
+    if max(calls) < 2:
+        msg = "calls.csv: no train calls at two stations; allowed: a train that does"
+        raise StudyError(msg)
+    return int(np.argmax(calls))
+
+
+def _first_alike(specs: Sequence[ControllerSpec]) -> dict[str, str]:
+    """Return for each controller the first one with the same protection."""
+    kinds = {spec.name: controllers.options_of(spec)["protection"] for spec in specs}
+    by_name = {spec.name: (spec.protection, kinds[spec.name]) for spec in specs}
+    names = list(by_name)
+    return {
+        name: next(other for other in names if by_name[other] == by_name[name]) for name in names
+    }
+
+
+def _technical(world: World, foresight: Foresight, row: int) -> tuple[Journey, tuple[Headway, ...]]:
+    journey = technical_journey(world, foresight.profile, row)
+    return journey, technical_headways(world, foresight, journey)
+
+
+def _answers(study: Study, tasks: Sequence[Task]) -> Iterator[tuple[Task, Assessment | FloatArray]]:
+    perform = partial(_perform, study)
+    if study.jobs == 1 or len(tasks) == 1:
+        for task in tasks:
+            yield perform(task, lambda _: None)
+    else:
+        with tempfile.TemporaryDirectory(prefix="kankaku-") as scratch:
+            yield from in_processes(perform, tasks, study.jobs, Path(scratch), lambda *_: None)
+
+
+def _perform(
+    study: Study, task: Task, _: Callable[[float], None]
+) -> tuple[Task, Assessment | FloatArray]:
+    spec = next(spec for spec in study.specs if spec.name == task.controller)
+    if isinstance(task, TwoTrains):
+        return task, _simulated_s(study, spec, task)
+    return task, assess_by_theory(study, spec)
+
+
+def _simulated_s(study: Study, spec: ControllerSpec, task: TwoTrains) -> FloatArray:
+    """Return headways as simulated; not a number where they need not be known. [s]"""
+    row = pattern_row(study.scenario.timetable)
+    by_theory_s = np.array(task.by_theory_s)
+    simulated_s = np.full(by_theory_s.size, np.nan)
+    call = task.call or 1 + int(by_theory_s.argmax())
+    while np.isnan(simulated_s[call - 1]):
+        guess_s = task.by_theory_s[call - 1]
+        simulated_s[call - 1] = simulated_headway_s(study, spec, (row, call), guess_s)
+        if task.call is None:
+            # What is simulated may be shorter, and another station be the critical one.
+            known_s = np.where(np.isnan(simulated_s), by_theory_s, simulated_s)
+            call = 1 + int(known_s.argmax())
+    return simulated_s
+
+
+def assess_by_theory(study: Study, spec: ControllerSpec) -> Assessment:
+    """
+    Return what blocking-time theory says about a controller.
+
+    Parameters
+    ----------
+    study
+        Scenario and step.
+    spec
+        The controller, no peer.
+
+    Returns
+    -------
+    Assessment
+        Nothing in it is simulated.
+    """
+    world = world_of(study.scenario, study.step_s)
+    controller = controllers.build(spec, world)
+    row = pattern_row(study.scenario.timetable)
+    service = study.scenario.timetable.services[row]
+    foresight = foresight_of(controller)
+    journey, headways = _technical(world, foresight, row)
+    stretches = _stretches(controller, world, service)
+    begin_s, end_s = blocking_times_s(world, foresight, journey, stretches.edges_m)
+    return Assessment(
+        controller=spec.name,
+        service=service,
+        journey=journey,
+        headways=headways,
+        stretches=stretches,
+        begin_s=begin_s,
+        end_s=end_s,
+        occupation=_occupation(world, foresight),
+        simulated_s=np.full(len(headways), np.nan),
+    )
+
+
+def _stretches(controller: Controller, world: World, service: Service) -> Stretches:
+    """Return what a train keeps: blocks, circuits, or with a moving block an even grid."""
+    line = world.line
+    tilings = {Separation.BLOCKS: line.blocks, Separation.CIRCUITS: line.track_circuits}
+    pieces = tilings.get(controller.separation, ())
+    own = [piece for track in service.route for piece in pieces if piece.track == track]
+    if own:
+        edges_m = [*(piece.start_m for piece in own), own[-1].end_m]
+        return Stretches(tuple(piece.id for piece in own), np.array(edges_m))
+    places_m = np.append(np.arange(line.start_m, line.end_m, GRID_M), line.end_m)
+    names = [f"km {place_m / 1000.0:.3f}" for place_m in places_m[:-1].tolist()]
+    return Stretches(tuple(names), places_m)
+
+
+def _occupation(world: World, foresight: Foresight) -> Occupation | None:
+    rows = range(world.size)
+    journeys = [booked_journey(world, foresight.profile, row) for row in rows]
+    if len(rows) < 2:
+        return None
+    least_s = least_shifts_s(world, foresight, journeys)
+    compressed_s, booked_s = occupation_s(journeys, rows, least_s)
+    peak = busiest(journeys, BUSIEST_S)
+    if len(peak) < 2:
+        return Occupation(booked_s, compressed_s, len(peak), np.nan)
+    peak_compressed_s, peak_booked_s = occupation_s(journeys, peak, least_s)
+    return Occupation(booked_s, compressed_s, len(peak), 100.0 * peak_compressed_s / peak_booked_s)
+
+
+def run_capacity(
+    study: Study, out: Path, check: Check = Check.CRITICAL, progress: Progress = lambda *_: None
+) -> CapacityTables:
+    """
+    Assess the capacity of a scenario and write it.
+
+    Parameters
+    ----------
+    study
+        Scenario, controllers, step and processes.
+    out
+        Folder that will hold the results folder, named as the scenario with ``_capacity``.
+    check
+        Which headways to check by simulation.
+    progress
+        Called when a task is finished.
+
+    Returns
+    -------
+    CapacityTables
+        What was written, and where.
+
+    Raises
+    ------
+    FileExistsError
+        If something else stands where the results would go.
+    """
+    folder = out / f"{study.scenario.name}_capacity"
+    if folder.exists() and not is_capacity_folder(folder):
+        msg = f"{folder}: exists and holds no results of this program; choose another folder"
+        raise FileExistsError(msg)
+    started = time.perf_counter()
+    assessments = assess_capacity(study, check, progress)
+    told = provenance_of(study, StudyResult(folder), time.perf_counter() - started)
+    return publish_capacity(folder, study.scenario, assessments, {**told, "check": check.value})

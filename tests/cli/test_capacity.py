@@ -1,0 +1,151 @@
+"""The command ``capacity``: what is on the screen, in its folder, and what it refuses."""
+
+import json
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from tests.cli.command import Screen, contents, kankaku, two_controllers
+from tests.unit.scenario_folder import replace
+
+FILES = {
+    *("capacity.csv", "headways.csv", "blocking_times.csv", "columns.csv", "stations.csv"),
+    *("capacity.png", "capacity.svg", "stairway.png", "stairway.svg", "provenance.json"),
+}
+BAD_INPUT = 2
+SCREEN_LINES = 24
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("capacity")
+
+
+@pytest.fixture(scope="module")
+def screen(place: Path) -> Screen:
+    folder = two_controllers(place / "small")
+    return kankaku("capacity", folder, "--out", place / "out", "--jobs", "1", "--simulate", "all")
+
+
+@pytest.fixture(scope="module")
+def results(place: Path, screen: Screen) -> Path:
+    assert screen.status == 0, screen.complaints
+    return place / "out" / "small_capacity"
+
+
+def test_the_screen_shows_headways_by_station_and_the_capacity(
+    screen: Screen, results: Path
+) -> None:
+    header = next(line for line in screen.answers.splitlines() if "dwell [s]" in line)
+    assert header.index("plain") < header.index("second")
+    for told in ("Middle", "Last", "trains per hour", "occupation [%]", "critical station"):
+        assert told in screen.answers
+    assert f"Results: {results}" in screen.answers
+    assert "100 %" in screen.complaints
+
+
+def test_the_folder_holds_tables_figures_and_an_explanation_of_every_column(results: Path) -> None:
+    assert {file.name for file in results.iterdir()} == FILES
+    explained = pd.read_csv(results / "columns.csv", keep_default_na=False)
+    ends = {"_s": "s", "_m": "m", "_kmh": "km/h", "_percent": "%"}
+    for name in ("capacity", "headways", "blocking_times", "stations"):
+        rows = explained[explained["table"] == name].set_index("column")
+        assert list(rows.index) == list(pd.read_csv(results / f"{name}.csv", nrows=0).columns)
+        for column, unit in rows["unit"].items():
+            told = [ends[end] for end in ends if str(column).endswith(end)]
+            assert told in ([], [unit]), (name, column, unit)
+    told = json.loads((results / "provenance.json").read_text("utf-8"))
+    assert (told["scenario"], told["check"]) == ("small", "all")
+
+
+def test_two_simulated_trains_agree_with_the_blocking_times(results: Path) -> None:
+    headways = pd.read_csv(results / "headways.csv")
+    plain = headways[headways["controller"] == "plain"]
+    # A step is 0.5 s: a train is late that loses one, and sees its leader a step ago.
+    off_s = plain["simulated_headway_s"] - plain["blocking_time_headway_s"]
+    assert off_s.abs().max() <= 2.0
+    # A follower that leaves room beforehand comes later than protection would let it.
+    second = headways[headways["controller"] == "second"]
+    least_s = second["blocking_time_headway_s"] - 2.0
+    assert (second["simulated_headway_s"] >= least_s).all()
+    assert headways["headway_s"].tolist() == headways["simulated_headway_s"].tolist()
+
+
+def test_the_same_input_gives_the_same_bytes_and_replaces_what_was_there(
+    place: Path, results: Path
+) -> None:
+    before = contents(results)
+    again = kankaku("capacity", place / "small", "--out", place / "out", "--jobs", "2")
+    assert again.status == 0, again.complaints
+    after = contents(results)
+    assert {"headways.csv", "capacity.csv"} <= after.keys()
+    for name in ("blocking_times.csv", "stations.csv", "stairway.svg"):
+        assert before[name] == after[name]
+    # By default only the line's own headway is simulated.
+    headways = pd.read_csv(results / "headways.csv")
+    critical = headways.sort_values("headway_s").groupby("controller").last()
+    assert critical["simulated_headway_s"].tolist() == critical["headway_s"].tolist()
+
+
+def test_one_chosen_controller_without_simulation(place: Path, screen: Screen) -> None:
+    assert screen.status == 0
+    out = place / "alone"
+    chosen = ["--controller", "second", "--simulate", "none", "--step", "0.2"]
+    alone = kankaku("capacity", place / "small", "--out", out, *chosen)
+    assert alone.status == 0
+    frame = pd.read_csv(out / "small_capacity" / "headways.csv")
+    assert set(frame["controller"]) == {"second"}
+    assert frame["simulated_headway_s"].isna().all()
+
+
+def refused(*arguments: str | Path) -> str:
+    screen = kankaku(*arguments)
+    assert screen.status == BAD_INPUT
+    assert not screen.answers
+    assert "Traceback" not in screen.complaints
+    assert len(screen.complaints.splitlines()) <= SCREEN_LINES
+    return screen.complaints
+
+
+def test_what_cannot_be_assessed_is_told_on_one_screen(tmp_path: Path) -> None:
+    folder, out = two_controllers(tmp_path / "small"), tmp_path / "out"
+    assert "no such folder" in refused("capacity", tmp_path / "nowhere", "--out", out)
+    told = refused("capacity", folder, "--controller", "third", "--out", out)
+    assert "--controller: 'third' is not a controller" in told
+    assert "--simulate" in refused("capacity", folder, "--simulate", "some", "--out", out)
+    replace(folder, "scenario.toml", "margin_m = 10.0", "margin_m = -10.0")
+    assert "scenario.toml: controllers.plain" in refused("capacity", folder, "--out", out)
+    assert not out.exists()
+
+
+def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path) -> None:
+    folder, theirs = two_controllers(tmp_path / "small"), tmp_path / "out" / "small_capacity"
+    theirs.mkdir(parents=True)
+    (theirs / "notes.txt").write_text("mine", encoding="utf-8")
+    told = refused("capacity", folder, "--out", tmp_path / "out", "--simulate", "none")
+    assert "holds no results of this program" in told
+    assert contents(theirs) == {"notes.txt": b"mine"}
+
+
+def test_a_peer_has_no_headways(tmp_path: Path) -> None:
+    folder = two_controllers(tmp_path / "small")
+    with (folder / "scenario.toml").open("a", encoding="utf-8") as file:
+        file.write('\n[controllers.peer]\npeer = "sumo_native_moving"\n')
+    told = refused("capacity", folder, "--controller", "peer", "--out", tmp_path / "out")
+    assert "nothing but peers" in told
+
+
+def test_the_command_that_compares_may_be_named_and_help_tells_of_the_others(
+    place: Path, screen: Screen
+) -> None:
+    assert screen.status == 0
+    named = kankaku("compare", place / "small", "--out", place / "named", "--controller", "plain")
+    assert named.status == 0, named.complaints
+    assert (place / "named" / "small" / "summary.csv").is_file()
+    plain = kankaku("--help")
+    assert plain.status == 0
+    assert "--seeds" in plain.answers
+    assert "capacity" in plain.answers
+    assert " compare " not in plain.answers.split("Options")[0].split("Usage")[1].splitlines()[0]
+    assert "--simulate" in kankaku("capacity", "--help").answers
