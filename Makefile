@@ -5,20 +5,26 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity sakai test check format lint types contracts bench seeds steps limits readme clean
+.PHONY: rush-hour capacity sakai takaoka test check format lint types contracts bench seeds steps limits readme clean
 
 rush-hour: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour
 
-# Headways, blocking times and occupation under every controller; writes out/rush_hour_capacity/.
+# Headways, blocking times and occupation under four protections; writes out/rush_hour_capacity/.
 capacity: $(READY)
-	$(BIN)/python run.py capacity scenarios/rush_hour
+	$(BIN)/python run.py capacity scenarios/rush_hour --simulate all \
+		--controller close_up --controller atc --controller atd --controller relative_braking
 
 # The case study of Sakai et al. 2020: one sweep for each of its three cases.
 sakai: $(READY)
 	$(BIN)/python run.py scenarios/sakai_case1
 	$(BIN)/python run.py scenarios/sakai_case2
 	$(BIN)/python run.py scenarios/sakai_case3
+
+# Multi-step ATC against ATD, and energy-saving driving: the examples of Takaoka et al. 1991.
+takaoka: $(READY)
+	$(BIN)/python run.py scenarios/atd_headway
+	$(BIN)/python run.py scenarios/eco_driving
 
 test: $(READY)
 	$(BIN)/python -m pytest -n auto

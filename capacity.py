@@ -243,6 +243,7 @@ def assess_by_theory(study: Study, spec: ControllerSpec) -> Assessment:
     begin_s, end_s = blocking_times_s(world, foresight, journey, stretches.edges_m)
     return Assessment(
         controller=spec.name,
+        protection=spec.protection,
         service=service,
         journey=journey,
         headways=headways,

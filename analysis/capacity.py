@@ -18,6 +18,7 @@ from railway.timetable import Service, Timetable
 
 HEADWAYS = (
     Column("controller", "str", "", "name of the controller"),
+    Column("protection", "str", "", "its protection"),
     Column("station", "str", "", "station that both trains call at"),
     Column("dwell_s", "float64", "s", "booked dwell there"),
     Column("headway_s", "float64", "s", "technical headway into it; as simulated where it was"),
@@ -89,6 +90,7 @@ class Assessment:
     """What is found out about one controller."""
 
     controller: str
+    protection: str
     service: Service
     """The pattern of both trains."""
     journey: Journey
@@ -178,6 +180,7 @@ def headways_frame(assessments: Iterable[Assessment], timetable: Timetable) -> p
             rows.append(
                 {
                     "controller": found.controller,
+                    "protection": found.protection,
                     "station": booked.station,
                     "dwell_s": booked.departure_s - booked.arrival_s,
                     "headway_s": found.headways_s[call - 1],

@@ -74,10 +74,8 @@ def _track_by_section(line: Line, service: Service) -> dict[int, str]:
 def _fouling_m(line: Line, section: int) -> tuple[float, float]:
     """Return where the fouling section at the end of a section begins and ends."""
     end_m = line.sections[section].end_m
-    for turnout in line.turnouts:
-        if turnout.position_m == end_m:
-            return turnout.fouling_start_m, turnout.fouling_end_m
-    return end_m, end_m
+    turnout = line.turnout_at.get(end_m)
+    return (turnout.fouling_start_m, turnout.fouling_end_m) if turnout else (end_m, end_m)
 
 
 def least_shifts_s(world: World, foresight: Foresight, journeys: Sequence[Journey]) -> Shifts:

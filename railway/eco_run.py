@@ -18,7 +18,7 @@ from railway.compiled import compiled
 from railway.energy import electric_brake_n
 from railway.extremal import HOLDING, Extremal, extremal
 from railway.line import Line
-from railway.profile import NO_BUFFERS, build_profile
+from railway.profile import NO_BUFFERS
 from railway.rolling_stock import TrainType
 from railway.run_curve import (
     LONGEST_S,
@@ -26,9 +26,11 @@ from railway.run_curve import (
     TIME_TOLERANCE_S,
     RunCurve,
     RunTimeError,
-    StallError,
+    curve_on,
+    stall_on,
+    way_between,
 )
-from railway.way import Way, accelerations, energy_gain, way_on
+from railway.way import Way, accelerations, energy_gain
 
 PRICES_WPKG = (1e-6, 1e7)
 """Prices of time at which nothing but energy, and nothing but time counts. [W/kg]"""
@@ -91,9 +93,11 @@ def eco_run(  # noqa: PLR0913 - one argument per figure of a run
         As :func:`eco`.
     StallError
         As :func:`eco`.
+    ValueError
+        As :func:`railway.run_curve.fastest_run`.
     """
-    profile = build_profile(line, [train_type], 0.0, buffers)
-    return eco(way_on(profile, 0, train_type, (start_m, stop_m), (start_mps, stop_mps)), run_time_s)
+    way = way_between(line, train_type, (start_m, stop_m), (start_mps, stop_mps), buffers)
+    return eco(way, run_time_s)
 
 
 def eco(way: Way, run_time_s: float, *, least_slack_s: float = 0.0) -> EcoRun:
@@ -127,9 +131,7 @@ def eco(way: Way, run_time_s: float, *, least_slack_s: float = 0.0) -> EcoRun:
     """
     quickest = extremal(way, PRICES_WPKG[1])
     if not np.isfinite(quickest.run_time_s):
-        ends = f"{way.chainage_m[0]:g} and {way.chainage_m[-1]:g}"
-        message = f"the train {way.train_type.id} cannot climb the line between {ends}"
-        raise StallError(message)
+        raise stall_on(way)
     shortest_s = quickest.run_time_s
     if run_time_s < shortest_s + least_slack_s - TIME_TOLERANCE_S:
         message = f"a run of {run_time_s:.2f} s is not possible: the fastest takes {shortest_s:.2f}"
@@ -191,19 +193,8 @@ def _held_back(way: Way, run: Extremal, run_time_s: float) -> Extremal:
 
 
 def _eco_run(way: Way, seen: Extremal) -> EcoRun:
-    return EcoRun(_curve(way, seen), seen.phase)
-
-
-def _curve(way: Way, seen: Extremal) -> RunCurve:
-    speed_mps = np.sqrt(2.0 * seen.energy_m2ps2)
-    steps_s = 2.0 * np.diff(way.chainage_m) / (speed_mps[1:] + speed_mps[:-1])
-    work_j = way.train_type.inertial_mass_kg * np.cumsum(np.maximum(_works(way, speed_mps), 0.0))
-    return RunCurve(
-        way.chainage_m,
-        speed_mps,
-        np.concatenate([[0.0], np.cumsum(steps_s)]),
-        np.concatenate([[0.0], work_j]),
-    )
+    works = np.maximum(_works(way, np.sqrt(2.0 * seen.energy_m2ps2)), 0.0)
+    return EcoRun(curve_on(way, seen.energy_m2ps2, works), seen.phase)
 
 
 def net_energy_j(way: Way, curve: RunCurve) -> float:

@@ -127,10 +127,9 @@ def _lower_to_tails(
 
 
 def _section_ends(world: World) -> tuple[list[float], list[float]]:
-    turnout_at = {turnout.position_m: turnout for turnout in world.line.turnouts}
     clear_m, fouling_m = [], []
     for section in world.line.sections:
-        turnout = turnout_at.get(section.end_m)
+        turnout = world.line.turnout_at.get(section.end_m)
         clear_m.append(turnout.fouling_end_m if turnout else section.end_m)
         fouling_m.append(turnout.fouling_start_m if turnout else section.end_m)
     return clear_m, fouling_m

@@ -170,6 +170,11 @@ class Line:
         }
 
     @cached_property
+    def turnout_at(self) -> Mapping[float, Turnout]:
+        """Turnouts by their position. [m]"""
+        return {turnout.position_m: turnout for turnout in self.turnouts}
+
+    @cached_property
     def track_circuits(self) -> tuple[Block, ...]:
         """All track circuits, from end to end of every track; none without blocks."""
         divided = {

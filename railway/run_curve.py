@@ -105,7 +105,7 @@ def fastest_run(
     ----------
     .. [1] Sakai et al. 2020, section 3.2; limits with buffers by eq. (3).
     """
-    return fastest(_way(line, train_type, (start_m, stop_m), (start_mps, stop_mps), buffers))
+    return fastest(way_between(line, train_type, (start_m, stop_m), (start_mps, stop_mps), buffers))
 
 
 def timed_run(  # noqa: PLR0913 - one argument per figure of a run
@@ -153,17 +153,43 @@ def timed_run(  # noqa: PLR0913 - one argument per figure of a run
     ----------
     .. [1] Sakai et al. 2020, section 3.2: operations 1 and 2.
     """
-    way = _way(line, train_type, (start_m, stop_m), (start_mps, stop_mps), buffers)
+    way = way_between(line, train_type, (start_m, stop_m), (start_mps, stop_mps), buffers)
     return timed(way, run_time_s)
 
 
-def _way(
+def way_between(
     line: Line,
     train_type: TrainType,
     ends_m: tuple[float, float],
     speeds_mps: tuple[float, float],
     buffers: Buffers,
 ) -> Way:
+    """
+    Return the way of a train alone on a line.
+
+    Parameters
+    ----------
+    line
+        The line.
+    train_type
+        The train.
+    ends_m
+        Where the front starts and ends. [m]
+    speeds_mps
+        Its speed there; that at the end is not to be exceeded. [m/s]
+    buffers
+        By how much the train counts as longer than it is where limits start and end.
+
+    Returns
+    -------
+    Way
+        The way.
+
+    Raises
+    ------
+    ValueError
+        If the end is not ahead of the start, or the train starts faster than it may.
+    """
     profile = build_profile(line, [train_type], 0.0, buffers)
     way = way_on(profile, 0, train_type, ends_m, speeds_mps)
     allowed_mps = float(np.sqrt(2.0 * way.cap_m2ps2[0]))
@@ -359,12 +385,50 @@ def _lower(drive: Driving, level: _Level, least_mps: float) -> Cut:
 
 def _curve(way: Way, seen: Trace) -> RunCurve:
     if not np.isfinite(seen.run_time_s):
-        ends = f"{way.chainage_m[0]:g} and {way.chainage_m[-1]:g}"
-        message = f"the train {way.train_type.id} cannot climb the line between {ends}"
-        raise StallError(message)
-    speed_mps = np.sqrt(2.0 * seen.energy_m2ps2)
+        raise stall_on(way)
+    return curve_on(way, seen.energy_m2ps2, seen.work_m2ps2)
+
+
+def stall_on(way: Way) -> StallError:
+    """
+    Return what is said of a way that a train cannot climb.
+
+    Parameters
+    ----------
+    way
+        The way.
+
+    Returns
+    -------
+    StallError
+        To be raised.
+    """
+    ends = f"{way.chainage_m[0]:g} and {way.chainage_m[-1]:g}"
+    message = f"the train {way.train_type.id} cannot climb the line between {ends}"
+    return StallError(message)
+
+
+def curve_on(way: Way, energy_m2ps2: FloatArray, work_m2ps2: FloatArray) -> RunCurve:
+    """
+    Return a run along a way as a curve.
+
+    Parameters
+    ----------
+    way
+        The way.
+    energy_m2ps2
+        Half the square of the speed. [m2/s2], shape (n_points,)
+    work_m2ps2
+        Work of traction per unit of inertial mass in each cell. [m2/s2], shape (n_points - 1,)
+
+    Returns
+    -------
+    RunCurve
+        The curve.
+    """
+    speed_mps = np.sqrt(2.0 * energy_m2ps2)
     steps_s = 2.0 * np.diff(way.chainage_m) / (speed_mps[1:] + speed_mps[:-1])
-    work_j = way.train_type.inertial_mass_kg * np.cumsum(seen.work_m2ps2)
+    work_j = way.train_type.inertial_mass_kg * np.cumsum(work_m2ps2)
     return RunCurve(
         way.chainage_m,
         speed_mps,

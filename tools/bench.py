@@ -32,7 +32,14 @@ from sumo_net.build import build, sumo_binary
 PROJECT = Path(__file__).parents[1]
 STEP_S = 0.1
 ROUNDS = 3
-CONTROLLERS = ("close_up", "two_stage", "approach_point", "approach_point_exclusive")
+CONTROLLERS = (
+    "close_up",
+    "atc",
+    "atd",
+    "two_stage",
+    "approach_point",
+    "approach_point_exclusive",
+)
 PHASES = {
     "engine.observe": "observe",
     "protection.authorise": "protect",

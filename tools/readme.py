@@ -1,8 +1,9 @@
 """
 Write the result tables of the documentation from ``out/``: ``make readme``.
 
-Reads what the make targets ``rush-hour``, ``sakai``, ``seeds``, ``limits``, ``steps`` and
-``bench`` left, and replaces the text between ``<!-- name -->`` and ``<!-- end -->``.
+Reads what the make targets ``rush-hour``, ``capacity``, ``sakai``, ``takaoka``, ``seeds``,
+``limits``, ``steps`` and ``bench`` left, and replaces the text between ``<!-- name -->`` and
+``<!-- end -->``.
 """
 
 import json
@@ -15,7 +16,9 @@ import numpy as np
 import pandas as pd
 
 from analysis import comparison, comparison_texts, read_results
+from analysis.figures import write_figure
 from analysis.sweep import SWEEP_INDICATORS
+from analysis.time_distance import time_distance_figure
 from tools.bench import CONTROLLERS
 
 PROJECT = Path(__file__).parents[1]
@@ -31,9 +34,30 @@ SHOWN = (
 )
 PLAIN = ("close_up", "two_stage", "two_stage_plain", "approach_point")
 EXCLUSIVE = ("close_up_exclusive", "approach_point_exclusive")
+PROTECTED = ("close_up", "atc", "atd", "sumo_native_fixed", "sumo_native_moving")
+ECO = ("energy_gross_kwh", "energy_net_kwh", "mean_arrival_delay_s", "scheduled_speed_kmh")
+DRAWN = ("close_up", "two_stage", "atc", "atd")
+"""Controllers in the figure of README.md."""
+CAPACITY_ROWS = {
+    "headway_s": "headway of the line, simulated [s]",
+    "blocking_time_headway_s": "by blocking times [s]",
+    "trains_per_hour": "trains per hour",
+    "transport_capacity": "transport capacity [km/h x trains/h]",
+    "occupation_percent": "occupation by the booked timetable [%]",
+}
+FIGURES = {
+    "time_distance": "time_distance",
+    "rush_hour_capacity/capacity": "capacity",
+    "rush_hour_capacity/stairway": "stairway",
+    "sakai_case1/intervals": "intervals",
+    "atd_headway/speed_distance": "atd_headway",
+}
+"""Figures of README.md, by their places in ``out/``."""
 
 
-def comparison_table(folder: Path, controllers: Sequence[str] = ()) -> str:
+def comparison_table(
+    folder: Path, controllers: Sequence[str] = (), indicators: Sequence[str] = SHOWN
+) -> str:
     """
     Return the comparison of a results folder.
 
@@ -43,6 +67,8 @@ def comparison_table(folder: Path, controllers: Sequence[str] = ()) -> str:
         Results folder.
     controllers
         Which ones, baseline first; all if empty.
+    indicators
+        Columns of the summary.
 
     Returns
     -------
@@ -52,7 +78,7 @@ def comparison_table(folder: Path, controllers: Sequence[str] = ()) -> str:
     summary = read_results(folder, trajectories=False).summary
     if controllers:
         summary = summary[summary["controller"].isin(controllers)]
-    return _markdown(*comparison_texts(comparison(summary, SHOWN)))
+    return _markdown(*comparison_texts(comparison(summary, indicators)))
 
 
 def limits_table() -> str:
@@ -135,6 +161,38 @@ def sakai_table() -> str:
     return _markdown(["", *header], rows)
 
 
+def headways_table() -> str:
+    """Return the technical headways of the rush hour by station, as simulated."""
+    table = pd.read_csv(OUT / "rush_hour_capacity" / "headways.csv")
+    wide = table.pivot_table(
+        index=["station", "dwell_s"], columns="controller", values="headway_s", sort=False
+    )
+    rows = [
+        [place, f"{dwell_s:.0f}", *(f"{value:.1f}" for value in row)]
+        for (place, dwell_s), row in zip(wide.index, wide.to_numpy(), strict=True)
+    ]
+    return _markdown(["station", "dwell [s]", *(f"`{name}`" for name in wide)], rows)
+
+
+def capacity_table() -> str:
+    """Return what the line can carry."""
+    table = pd.read_csv(OUT / "rush_hour_capacity" / "capacity.csv").set_index("controller")
+    rows = [
+        [label, *(f"{value:,.0f}" if value >= 1000.0 else f"{value:.1f}" for value in table[name])]
+        for name, label in CAPACITY_ROWS.items()
+    ]
+    return _markdown(["", *(f"`{name}`" for name in table.index)], rows)
+
+
+def draw_rush_hour() -> None:
+    """Draw some controllers of the rush hour."""
+    results = read_results(OUT / "rush_hour")
+    runs = [results.run(name) for name in DRAWN]
+    title = "Keihin-Tohoku line, Omiya to Nishi-Nippori, weekday morning peak"
+    figure = time_distance_figure(runs, results.stations, title=title)
+    write_figure(figure, OUT / "time_distance")
+
+
 def _markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     rule = ["---", *("---:" for _ in header[1:])]
     return "\n".join("| " + " | ".join(row) + " |" for row in (header, rule, *rows))
@@ -150,19 +208,23 @@ def _replace(file: Path, name: str, make: Callable[[], str]) -> None:
 
 
 def main() -> None:
-    """Replace the tables and the figure."""
+    """Replace the tables and the figures."""
     readme, model = PROJECT / "README.md", PROJECT / "docs" / "model.md"
     _replace(readme, "own-seed", lambda: comparison_table(OUT / "rush_hour", PLAIN))
     seeds = OUT / "seeds" / "rush_hour"
     _replace(readme, "seeds", lambda: comparison_table(seeds, PLAIN))
     _replace(readme, "exclusive", lambda: comparison_table(seeds, EXCLUSIVE))
+    _replace(readme, "protections", lambda: comparison_table(seeds, PROTECTED))
+    _replace(readme, "headways", headways_table)
+    _replace(readme, "capacity", capacity_table)
+    _replace(readme, "eco", lambda: comparison_table(OUT / "eco_driving", (), ECO))
     _replace(readme, "limits", limits_table)
     _replace(readme, "sakai", sakai_table)
     _replace(readme, "bench", bench_table)
     _replace(model, "steps", steps_table)
-    for folder, figure in (("rush_hour", "time_distance"), ("sakai_case1", "intervals")):
-        file = f"{figure}.png"
-        shutil.copyfile(OUT / folder / file, PROJECT / "docs" / file)
+    draw_rush_hour()
+    for place, figure in FIGURES.items():
+        shutil.copyfile(OUT / f"{place}.png", PROJECT / "docs" / f"{figure}.png")
 
 
 if __name__ == "__main__":
