@@ -6,6 +6,7 @@ after its tail has left. A block is occupied while any of its circuits is. Point
 trains that go another way as long as a train is within their fouling section.
 """
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
@@ -46,6 +47,19 @@ class Occupancy(NamedTuple):
     """Row of the foremost train that touches the circuit; -1 where none. shape (n_circuits,)"""
 
 
+class Sight(NamedTuple):
+    """How far the way of every train is free, and until when that cannot change."""
+
+    looked_s: float
+    """When that was seen. [s]"""
+    touched_s: FloatArray
+    """When a train touched each circuit last, as far as is known. [s], shape (n_circuits,)"""
+    danger_m: FloatArray
+    """As from :meth:`Detection.danger_m`. [m], shape (n_trains,)"""
+    until_s: float
+    """Before, no train can have moved so far that anything changes, but for events. [s]"""
+
+
 class Points(NamedTuple):
     """All turnouts."""
 
@@ -73,6 +87,9 @@ class Detection:
             [routes.index(service.route) for service in world.timetable.services], dtype=np.intp
         )
         self._points = _points(world)
+        self._step_s = world.step_s
+        steepest_mps2 = max(-float(world.profile.drag_mps2.min()), 0.0)
+        self._most_mps2 = float(world.of_type("starting_acceleration_mps2").max()) + steepest_mps2
         self._size = len(line.track_circuits)
 
     @cached_property
@@ -179,35 +196,56 @@ class Detection:
             )
         return danger_m
 
-    def look_ahead(self, state: LineState, before: Occupancy) -> tuple[Occupancy, FloatArray]:
+    def blind(self) -> Sight:
         """
-        Return what the circuits show, and how far they are free ahead of each train.
+        Return what is known before anything has been looked at.
+
+        Returns
+        -------
+        Sight
+            Out of date from the beginning.
+        """
+        return Sight(np.nan, self.initial().touched_s, np.full(self.route.size, np.inf), -np.inf)
+
+    def look_ahead(self, state: LineState, before: Sight) -> Sight:
+        """
+        Return how far the way of every train is free.
+
+        That changes when a tail leaves a circuit, when the delay of a release is over, when a train
+        comes to points or leaves them, or with an event. A tail needs some time to its next
+        boundary even at the greatest acceleration, and until then nothing is worked out. It does
+        not change when a front enters a free circuit: nobody sees that who sees the tail behind it.
 
         Parameters
         ----------
         state
             The line.
         before
-            What the circuits showed a step ago.
+            What was seen a step ago.
 
         Returns
         -------
-        tuple[Occupancy, FloatArray]
-            As :meth:`look` and :meth:`danger_m`, at the cost of one of them.
+        Sight
+            As :meth:`look` and :meth:`danger_m` say in every step; the same object while nothing
+            can have changed.
         """
-        touched_s, occupied, foremost, danger_m = _look_ahead(
+        if state.time_s < before.until_s and not state.events:
+            return before
+        found = _look_ahead(
             state.time_s,
             state.front_m,
             state.tail_m,
+            state.speed_mps,
             state.present,
+            state.running,
             state.granted_m,
             self.route,
             self.circuits,
             self._points,
-            self.release_delay_s + ROUNDING_S,
-            before.touched_s,
+            (before.looked_s, before.touched_s),
+            (self.release_delay_s + ROUNDING_S, self._step_s, self._most_mps2),
         )
-        return Occupancy(touched_s, occupied, foremost), danger_m
+        return Sight(state.time_s, *found)
 
     def boundary_m(self, row: int, tiling: Tiling, place_m: FloatArray) -> FloatArray:
         """
@@ -410,18 +448,43 @@ def _look_ahead(  # noqa: PLR0913, PLR0917 - compiled functions take plain array
     time_s: float,
     front_m: FloatArray,
     tail_m: FloatArray,
+    speed_mps: FloatArray,
     present: BoolArray,
+    running: BoolArray,
     granted_m: FloatArray,
     route: IntArray,
     circuits: Tiling,
     points: Points,
-    release_s: float,
-    before_s: FloatArray,
-) -> tuple[FloatArray, BoolArray, IntArray, FloatArray]:
-    touched_s = before_s.copy()
+    before: tuple[float, FloatArray],
+    figures: tuple[float, float, float],
+) -> tuple[FloatArray, FloatArray, float]:
+    looked_s, before_s = before
+    release_s, step_s, most_mps2 = figures
+    # What was touched then was touched until now, or until a step ago at least.
+    touched_s = np.where(before_s == looked_s, time_s - step_s, before_s)
     foremost = np.full(touched_s.size, -1, dtype=np.intp)
     _touch(time_s, front_m, tail_m, present, route, circuits, touched_s, foremost)
     occupied = time_s - touched_s <= release_s
     danger_m = _danger_m(front_m, present, granted_m, route, circuits, occupied, foremost)
     _lower_to_locked_points(danger_m, front_m, tail_m, present, route, circuits, points)
-    return touched_s, occupied, foremost, danger_m
+    until_s = np.inf
+    for circuit in range(touched_s.size):
+        if occupied[circuit] and touched_s[circuit] < time_s:
+            until_s = min(until_s, touched_s[circuit] + release_s)
+    for train in range(front_m.size):
+        if not (present[train] and running[train]):
+            continue
+        place = place_of(circuits, route[train], tail_m[train])
+        to_go_m = max(circuits.end_m[place] - tail_m[train], 0.0)
+        if circuits.start_m[place] > tail_m[train]:
+            to_go_m = circuits.start_m[place] - tail_m[train]
+        for turnout in range(points.way.shape[0]):
+            start_m, end_m = points.fouling_m[turnout]
+            if front_m[train] <= start_m:
+                to_go_m = min(to_go_m, start_m - front_m[train])
+            if tail_m[train] <= end_m:
+                to_go_m = min(to_go_m, end_m - tail_m[train])
+        speed = speed_mps[train]
+        run_s = math.sqrt(speed * speed + 2.0 * most_mps2 * to_go_m) - speed
+        until_s = min(until_s, time_s + run_s / most_mps2)
+    return touched_s, danger_m, until_s - ROUNDING_S

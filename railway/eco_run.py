@@ -127,7 +127,7 @@ def eco(way: Way, run_time_s: float, *, least_slack_s: float = 0.0) -> EcoRun:
 
     References
     ----------
-    .. [1] T. Kawashima, in Takaoka et al. 1991, section 3.3, fig. 4.
+    .. [1] H. Kawashima, in Takaoka et al. 1991, section 3.3, fig. 4.
     """
     quickest = extremal(way, PRICES_WPKG[1])
     if not np.isfinite(quickest.run_time_s):

@@ -34,10 +34,18 @@ class Monitor:
     def __init__(self, world: World, separation: Separation = Separation.STANDING) -> None:
         self._world = world
         self._separation = separation
-        self._exclusive = {
+        kept = {
             Separation.BLOCKS: world.line.blocks,
             Separation.CIRCUITS: world.line.track_circuits,
         }.get(separation, ())
+        self._exclusive = sorted(kept, key=lambda piece: piece.start_m)
+        self._ends_m = np.array([(piece.start_m, piece.end_m) for piece in self._exclusive])
+        self._enters = np.array(
+            [
+                [piece.track in service.route for piece in self._exclusive]
+                for service in world.timetable.services
+            ]
+        )
         self._service_mps2 = world.of_type("service_brake_mps2")
         self._emergency_mps2 = world.of_type("emergency_brake_mps2")
         self._maximum_mps = world.of_type("maximum_speed_mps")
@@ -168,25 +176,14 @@ class Monitor:
     def _inside_occupied_m(self, block: StepBlock) -> FloatArray:
         """Return how far each front is in a piece that it entered while a train was in it."""
         inside_m = np.zeros(block.front_m[1:].shape)
-        column_of = {row: column for column, row in enumerate(block.rows.tolist())}
-        before_m, front_m = block.front_m[:-1], block.front_m[1:]
-        tail_m = front_m - self._world.length_m[block.rows]
-        for piece in self._exclusive:
-            users = self._users[piece.track]
-            columns = [column_of[row] for row in users if row in column_of]
-            passing = (before_m[:, columns] <= piece.start_m) & (
-                front_m[:, columns] > piece.start_m
-            )
-            for step, place in np.argwhere(passing & block.present[:, columns]).tolist():
-                column = columns[place]
-                others = [other for other in columns if other != column]
-                occupied = (
-                    block.present[step, others]
-                    & (front_m[step, others] > piece.start_m)
-                    & (tail_m[step, others] < piece.end_m)
-                )
-                if occupied.any():
-                    inside_m[step, column] = front_m[step, column] - piece.start_m
+        _raise_to_entered(
+            block.front_m,
+            self._world.length_m[block.rows],
+            block.present,
+            self._enters[block.rows],
+            self._ends_m,
+            inside_m,
+        )
         return inside_m
 
     def _next_rear_m(self, block: StepBlock) -> FloatArray:
@@ -334,6 +331,37 @@ def _nearest_on_track(  # noqa: PLR0917 - compiled functions take plain arrays
             nearest_m[step, column] = min(nearest_m[step, column], lowest_m)
             if front_m[step, column] > start_m:
                 lowest_m = min(lowest_m, max(rear_m[step, column], start_m))
+
+
+@compiled
+def _raise_to_entered(
+    front_m: FloatArray,
+    length_m: FloatArray,
+    present: BoolArray,
+    enters: BoolArray,
+    ends_m: FloatArray,
+    inside_m: FloatArray,
+) -> None:
+    """Raise ``inside_m`` to the depth of fronts in pieces that others are in at their entry."""
+    for column in range(length_m.size):
+        passed = 0
+        while passed < ends_m.shape[0] and ends_m[passed, 0] < front_m[0, column]:
+            passed += 1
+        for step in range(present.shape[0]):
+            ahead_m = front_m[step + 1, column]
+            while passed < ends_m.shape[0] and ends_m[passed, 0] < ahead_m:
+                start_m, end_m = ends_m[passed]
+                for other in range(length_m.size):
+                    within = (
+                        other != column
+                        and present[step, other]
+                        and front_m[step + 1, other] > start_m
+                        and front_m[step + 1, other] - length_m[other] < end_m
+                    )
+                    both = enters[column, passed] and enters[other, passed]
+                    if within and both and present[step, column]:
+                        inside_m[step, column] = max(inside_m[step, column], ahead_m - start_m)
+                passed += 1
 
 
 @compiled

@@ -33,7 +33,7 @@ VIEW = """<viewsettings>
 """Tracks and trains wide enough to be seen on a whole line; 20 ms of wall time a step."""
 GUI_TRIES = 10
 """How often to look for the window of sumo-gui, a second apart."""
-RUN_AHEAD_S = 1.0
+RUN_AHEAD_S = 2.0
 """SUMO is this much behind at most. [s]"""
 AGREEMENT_M = 1e-3
 """SUMO and the integration of our commands may differ by rounding only. [m]"""

@@ -23,7 +23,7 @@ from controllers.protection.fuzzy import RuleBase, infer, rule_base
 from railway.arrays import BoolArray, FloatArray
 from railway.compiled import compiled
 from railway.control import Separation
-from railway.detection import Occupancy
+from railway.detection import Sight
 from railway.profile import at
 from railway.state import Authority, LineState
 from railway.world import World
@@ -107,7 +107,7 @@ class Patterns(NamedTuple):
 class Braked(NamedTuple):
     """What trackside and trains remember."""
 
-    occupancy: Occupancy
+    sight: Sight
     brake_mps2: FloatArray
     """Deceleration that the fuzzy controller commands. [m/s2], shape (n_trains,)"""
     tripped: BoolArray
@@ -153,7 +153,7 @@ class Atd:
             No brake is applied.
         """
         size = self._world.size
-        return Braked(self._detection.initial(), np.zeros(size), np.zeros(size, dtype=np.bool_))
+        return Braked(self._detection.blind(), np.zeros(size), np.zeros(size, dtype=np.bool_))
 
     def authorise(self, state: LineState, memory: Braked) -> tuple[Authority, Braked]:
         """
@@ -172,13 +172,13 @@ class Atd:
             Limits before occupied circuits, ceilings by pattern and line, and the next memory.
         """
         world = self._world
-        seen, danger_m = self._detection.look_ahead(state, memory.occupancy)
-        after = Braked(seen, memory.brake_mps2.copy(), memory.tripped.copy())
+        sight = self._detection.look_ahead(state, memory.sight)
+        after = Braked(sight, memory.brake_mps2.copy(), memory.tripped.copy())
         limit_m, ceiling_mps = _authorise(
             state.front_m,
             state.speed_mps,
             state.present,
-            danger_m,
+            sight.danger_m,
             world.row_start,
             self._square,
             (self._service_mps2, self._emergency_mps2),

@@ -19,7 +19,7 @@ from controllers.protection.fixed_block import detection_on
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
 from railway.control import Separation
-from railway.detection import Occupancy, Tiling, place_of, place_of_front
+from railway.detection import Sight, Tiling, place_of, place_of_front
 from railway.state import Authority, LineState
 from railway.world import World
 
@@ -53,16 +53,20 @@ class MultiStepAtcOptions:
             raise OptionError(problem, "a whole number")
 
 
-class Shown(NamedTuple):
-    """What trackside and trains remember; arrays of shape (n_trains,) but the first."""
+OBEYED_MPS, TAKES_EFFECT_S, BRAKING = 0, 1, 2
 
-    occupancy: Occupancy
-    code_mps: FloatArray
-    """The code that each train obeys. [m/s]"""
-    takes_effect_s: FloatArray
-    """When the brake for a lower code takes effect; infinite where none is shown. [s]"""
-    braking: BoolArray
-    """The brake has not been released since the last step down."""
+
+class Shown(NamedTuple):
+    """What trackside and trains remember."""
+
+    sight: Sight
+    onboard: FloatArray
+    """
+    The code that each train obeys [m/s], when the brake for a lower one takes effect [s],
+    infinite where none is shown, and 1 from then until the brake is released, else 0.
+
+    Shape (3, n_trains).
+    """
 
 
 class MultiStepAtc:
@@ -96,13 +100,9 @@ class MultiStepAtc:
         Shown
             No train has been shown anything.
         """
-        size = self._world.size
-        return Shown(
-            self._detection.initial(),
-            np.zeros(size),
-            np.full(size, np.inf),
-            np.zeros(size, dtype=np.bool_),
-        )
+        onboard = np.zeros((3, self._world.size))
+        onboard[TAKES_EFFECT_S] = np.inf
+        return Shown(self._detection.blind(), onboard)
 
     def authorise(self, state: LineState, memory: Shown) -> tuple[Authority, Shown]:
         """
@@ -120,31 +120,24 @@ class MultiStepAtc:
         tuple[Authority, Shown]
             Limits at occupied blocks, ceilings by code and line, and the next memory.
         """
-        seen, danger_m = self._detection.look_ahead(state, memory.occupancy)
-        after = Shown(
-            seen,
-            memory.code_mps.copy(),
-            memory.takes_effect_s.copy(),
-            memory.braking.copy(),
-        )
+        sight = self._detection.look_ahead(state, memory.sight)
+        onboard = memory.onboard.copy()
         limit_m, ceiling_mps = _authorise(
             state.time_s,
             state.front_m,
             state.speed_mps,
             state.present,
-            danger_m,
+            sight.danger_m,
             self._detection.route,
             self._detection.blocks,
             self._world.type_index,
             self.code_mps,
             (self._options.idle_time_s, self._below_mps, self._options.overlap_m),
             self._world.far_m,
-            after.code_mps,
-            after.takes_effect_s,
-            after.braking,
+            onboard,
             self._ceiling.figures,
         )
-        return Authority(limit_m, ceiling_mps, self._no_delay_s), after
+        return Authority(limit_m, ceiling_mps, self._no_delay_s), Shown(sight, onboard)
 
     def limit_behind_m(
         self,
@@ -246,15 +239,13 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     blocks: Tiling,
     type_index: IntArray,
     code_mps: FloatArray,
-    onboard: tuple[float, float, float],
+    figures: tuple[float, float, float],
     far_m: float,
-    obeyed_mps: FloatArray,
-    takes_effect_s: FloatArray,
-    braking: BoolArray,
+    onboard: FloatArray,
     line_ceiling: CeilingFigures,
 ) -> tuple[FloatArray, FloatArray]:
     """Return limits and ceilings by code and line, and write what trains remember."""
-    idle_time_s, below_mps, overlap_m = onboard
+    idle_time_s, below_mps, overlap_m = figures
     limit_m, ceiling_mps = np.full(front_m.size, far_m), np.zeros(front_m.size)
     for train in range(front_m.size):
         if not present[train]:
@@ -264,19 +255,22 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         )
         # A train that stands closer to an occupied block than the overlap stays there.
         limit_m[train] = min(max(occupied_m - overlap_m, front_m[train]), far_m)
-        if shown >= obeyed_mps[train]:
-            braking[train] = braking[train] and shown == obeyed_mps[train]
-            obeyed_mps[train] = shown
-            takes_effect_s[train] = np.inf
-        elif takes_effect_s[train] == np.inf:
-            takes_effect_s[train] = time_s + idle_time_s
-        if time_s >= takes_effect_s[train]:
-            takes_effect_s[train] = np.inf
-            obeyed_mps[train] = shown
-            braking[train] = speed_mps[train] > shown
-        released_mps = max(obeyed_mps[train] - below_mps, 0.0)
-        braking[train] = braking[train] and speed_mps[train] > released_mps
-        bound_mps = released_mps if braking[train] else obeyed_mps[train]
+        obeyed, takes_effect_s, braking = onboard[:, train]
+        if shown >= obeyed:
+            braking = braking if shown == obeyed else 0.0
+            obeyed, takes_effect_s = shown, np.inf
+        elif takes_effect_s == np.inf:
+            takes_effect_s = time_s + idle_time_s
+        if time_s >= takes_effect_s:
+            obeyed, takes_effect_s = shown, np.inf
+            braking = 1.0 if speed_mps[train] > shown else 0.0
+        released_mps = max(obeyed - below_mps, 0.0)
+        if speed_mps[train] <= released_mps:
+            braking = 0.0
+        bound_mps = released_mps if braking > 0.0 else obeyed
+        onboard[OBEYED_MPS, train] = obeyed
+        onboard[TAKES_EFFECT_S, train] = takes_effect_s
+        onboard[BRAKING, train] = braking
         line_mps = ceiling_ahead_mps(line_ceiling, train, front_m[train], speed_mps[train])
         ceiling_mps[train] = min(line_mps, bound_mps)
     return limit_m, ceiling_mps
