@@ -276,7 +276,7 @@ class SumoEngine:
             integrated_m = self._front_m.take(self._rows_running) - self._origins_m
             apart_m = np.abs(integrated_m - list(map(self._get_distance, running)))
             # What SUMO does with trains that have collided is its own affair; it is reported.
-            apart_m[np.isin(self._rows_running, list(self._collided))] = 0.0
+            apart_m[np.isin(self._rows_running, [*self._collided, *self._colliding])] = 0.0
             if apart_m.max(initial=0.0) > AGREEMENT_M:
                 train = running[int(apart_m.argmax())]
                 msg = f"{train} is {apart_m.max():.3f} m off its commands at {self._time_s:.1f} s"
