@@ -68,6 +68,26 @@ def elementwise(function: Callable[..., float]) -> Callable[..., FloatArray]:
     return cast("Callable[..., FloatArray]", made)
 
 
+def plain(fields: tuple[Any, ...]) -> Any:  # noqa: ANN401 - of the same kinds, without names
+    """
+    Return a named tuple as a plain one, for a function that is called in every step.
+
+    A compiled function looks up the class of a named tuple in every call, which takes longer
+    than many a formula; it can give the names back to a plain one at no cost.
+
+    Parameters
+    ----------
+    fields
+        The named tuple.
+
+    Returns
+    -------
+    Any
+        Its fields.
+    """
+    return tuple(fields)
+
+
 def _sources(function: Callable[..., Any]) -> frozenset[str]:
     """Return the files of a function, of what it calls and of the tuples it takes."""
     used = [function.__globals__.get(name) for name in function.__code__.co_names]

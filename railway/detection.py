@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled, count_up_to
+from railway.compiled import compiled, count_up_to, plain
 from railway.line import Block, Line
 from railway.state import LineState
 from railway.world import World
@@ -87,6 +87,7 @@ class Detection:
             [routes.index(service.route) for service in world.timetable.services], dtype=np.intp
         )
         self._points = _points(world)
+        self._plain = plain(self.circuits), plain(self._points)
         self._step_s = world.step_s
         steepest_mps2 = max(-float(world.profile.drag_mps2.min()), 0.0)
         self._most_mps2 = float(world.of_type("starting_acceleration_mps2").max()) + steepest_mps2
@@ -240,8 +241,8 @@ class Detection:
             state.running,
             state.granted_m,
             self.route,
-            self.circuits,
-            self._points,
+            self._plain[0],
+            self._plain[1],
             (before.looked_s, before.touched_s),
             (self.release_delay_s + ROUNDING_S, self._step_s, self._most_mps2),
         )
@@ -453,11 +454,12 @@ def _look_ahead(  # noqa: PLR0913, PLR0917 - compiled functions take plain array
     running: BoolArray,
     granted_m: FloatArray,
     route: IntArray,
-    circuits: Tiling,
-    points: Points,
+    circuit_fields: tuple[IntArray, IntArray, FloatArray, FloatArray],
+    point_fields: tuple[FloatArray, IntArray],
     before: tuple[float, FloatArray],
     figures: tuple[float, float, float],
 ) -> tuple[FloatArray, FloatArray, float]:
+    circuits, points = Tiling(*circuit_fields), Points(*point_fields)
     looked_s, before_s = before
     release_s, step_s, most_mps2 = figures
     # What was touched then was touched until now, or until a step ago at least.

@@ -1,5 +1,6 @@
 """Records every step cheaply, and hands whole blocks of steps to those who examine them."""
 
+import operator
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
@@ -62,6 +63,8 @@ class Recorder:
         self._next_call = np.empty(shape, dtype=np.intp)
         self._present, self._running = np.empty((2, *shape), dtype=np.bool_)
         self._written = 0
+        self._filled = 0
+        self._lasting: tuple[FloatArray | IntArray | BoolArray, ...] = (np.zeros(0),) * 4
         self._until_sample = 0
         self._sample_every = max(1, round(1.0 / world.step_s))
         self._sampled: list[int] = []
@@ -97,16 +100,26 @@ class Recorder:
         self._front_m[at] = state.front_m
         self._speed_mps[at] = state.speed_mps
         self._limit_m[at] = authority.limit_m
-        self._delay_s[at] = authority.delay_s
-        self._next_call[at] = state.next_call
-        self._present[at] = state.present
-        self._running[at] = state.running
+        lasting = (authority.delay_s, state.next_call, state.present, state.running)
+        if not all(map(operator.is_, lasting, self._lasting)):
+            self._fill()
+            self._lasting = lasting
         self._written += 1
         if self._written > BLOCK_STEPS:
             self.flush()
 
+    def _fill(self) -> None:
+        """Write what lasts from event to event for the steps since it was written last."""
+        if self._filled < self._written:
+            steps = slice(self._filled, self._written)
+            kept = (self._delay_s, self._next_call, self._present, self._running)
+            for written, values in zip(kept, self._lasting, strict=True):
+                written[steps] = values
+        self._filled = self._written
+
     def flush(self) -> None:
         """Hand the steps so far to the examiners."""
+        self._fill()
         if self._sampled:
             self._samples.append(self._sample())
         block = self._block()
@@ -171,5 +184,5 @@ class Recorder:
             self._running,
         ):
             written[0] = written[self._written - 1]
-        self._written = 1
+        self._written = self._filled = 1
         return block

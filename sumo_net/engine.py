@@ -275,8 +275,10 @@ class SumoEngine:
         if last:
             integrated_m = self._front_m.take(self._rows_running) - self._origins_m
             apart_m = np.abs(integrated_m - list(map(self._get_distance, running)))
-            # What SUMO does with trains that have collided is its own affair; it is reported.
-            apart_m[np.isin(self._rows_running, [*self._collided, *self._colliding])] = 0.0
+            if self._collided or self._colliding:
+                # What SUMO does with trains that have collided is its own affair.
+                met = [*self._collided, *self._colliding]
+                apart_m[np.isin(self._rows_running, met)] = 0.0
             if apart_m.max(initial=0.0) > AGREEMENT_M:
                 train = running[int(apart_m.argmax())]
                 msg = f"{train} is {apart_m.max():.3f} m off its commands at {self._time_s:.1f} s"

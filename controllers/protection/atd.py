@@ -21,7 +21,7 @@ from controllers.protection.ceiling import CeilingFigures, LineCeiling, ceiling_
 from controllers.protection.fixed_block import detection_on
 from controllers.protection.fuzzy import RuleBase, infer, rule_base
 from railway.arrays import BoolArray, FloatArray
-from railway.compiled import compiled
+from railway.compiled import compiled, plain
 from railway.control import Separation
 from railway.detection import Sight
 from railway.profile import at
@@ -141,7 +141,7 @@ class Atd:
             options.overlap_m,
         )
         self._emergency_mps2 = world.of_type("emergency_brake_mps2")
-        self._rules = options.rules
+        self._plain = plain(self._patterns), plain(options.rules), plain(self._ceiling.figures)
 
     def initial(self) -> Braked:
         """
@@ -182,13 +182,13 @@ class Atd:
             world.row_start,
             self._square,
             (self._service_mps2, self._emergency_mps2),
-            self._patterns,
-            self._rules,
+            self._plain[0],
+            self._plain[1],
             world.step_s,
             world.far_m,
             after.brake_mps2,
             after.tripped,
-            self._ceiling.figures,
+            self._plain[2],
         )
         return Authority(limit_m, ceiling_mps, self._no_delay_s), after
 
@@ -352,15 +352,17 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     row_start: FloatArray,
     square: FloatArray,
     brakes_mps2: tuple[FloatArray, FloatArray],
-    patterns: Patterns,
-    rules: RuleBase,
+    pattern_fields: tuple[float, float, float, float, float, float],
+    rule_fields: tuple[FloatArray, FloatArray, FloatArray],
     step_s: float,
     far_m: float,
     brake_mps2: FloatArray,
     tripped: BoolArray,
-    line_ceiling: CeilingFigures,
+    ceiling_fields: tuple[FloatArray, FloatArray, FloatArray, float],
 ) -> tuple[FloatArray, FloatArray]:
     """Return limits and ceilings by pattern and line, and write what trains remember."""
+    patterns, rules = Patterns(*pattern_fields), RuleBase(*rule_fields)
+    line_ceiling = CeilingFigures(*ceiling_fields)
     limit_m, ceiling_mps = np.full(front_m.size, far_m), np.zeros(front_m.size)
     for train in range(front_m.size):
         if not present[train]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from railway.arrays import BoolArray, FloatArray
-from railway.compiled import compiled
+from railway.compiled import compiled, plain
 from railway.kinematics import next_speed_mps
 from railway.profile import Profile, at, at_each
 from railway.state import LineState
@@ -39,6 +39,7 @@ class LineCeiling:
             world.step_s,
         )
         """For :func:`ceiling_ahead_mps`."""
+        self._fields = plain(self.figures)
 
     def ahead_mps(self, state: LineState) -> FloatArray:
         """
@@ -54,7 +55,7 @@ class LineCeiling:
         FloatArray
             Ceilings; 0 for a train that is not on the line. [m/s], shape (n_trains,)
         """
-        return _ahead_mps(state.front_m, state.speed_mps, state.present, self.figures)
+        return _ahead_mps(state.front_m, state.speed_mps, state.present, self._fields)
 
     def at_mps(self, row: int, front_m: FloatArray) -> FloatArray:
         """
@@ -138,8 +139,12 @@ def ceiling_ahead_mps(line: CeilingFigures, train: int, front_m: float, speed_mp
 
 @compiled
 def _ahead_mps(
-    front_m: FloatArray, speed_mps: FloatArray, present: BoolArray, line: CeilingFigures
+    front_m: FloatArray,
+    speed_mps: FloatArray,
+    present: BoolArray,
+    fields: tuple[FloatArray, FloatArray, FloatArray, float],
 ) -> FloatArray:
+    line = CeilingFigures(*fields)
     ceiling_mps = np.zeros_like(speed_mps)
     for train in range(front_m.size):
         if present[train]:

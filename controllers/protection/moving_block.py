@@ -24,7 +24,7 @@ from controllers.protection.ceiling import (
 )
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.buffers import Buffers, drifted_buffer_m, reaching_front_m
-from railway.compiled import compiled, count_up_to
+from railway.compiled import compiled, count_up_to, plain
 from railway.control import Separation
 from railway.profile import build_profile
 from railway.state import Authority, LineState
@@ -102,6 +102,7 @@ class MovingBlock:
         self._square = 2.0 * self.profile.potential_m2ps2.ravel()
         self._delays_s = np.full(world.size, buffers.delay_s)
         self._ceiling = LineCeiling(world, self.profile)
+        self._line_ceiling = plain(self._ceiling.figures)
         self._spacing = (
             options.margin_m,
             buffers.error_ratio,
@@ -149,7 +150,7 @@ class MovingBlock:
             state.leader,
             state.follows,
             memory.section_m,
-            self._ceiling.figures,
+            self._line_ceiling,
             self._spacing,
             *self._corrections_m,
         )
@@ -252,11 +253,12 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     leader: IntArray,
     follows: BoolArray,
     section_m: FloatArray,
-    line_ceiling: CeilingFigures,
+    ceiling_fields: tuple[FloatArray, FloatArray, FloatArray, float],
     spacing: tuple[float, float, float, bool],
     balise_m: FloatArray,
     buffered_at_balise_m: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
+    line_ceiling = CeilingFigures(*ceiling_fields)
     limit_m, ceiling_mps = clear_to_m.copy(), np.zeros_like(speed_mps)
     for train in range(front_m.size):
         if not present[train]:

@@ -17,7 +17,7 @@ from controllers.protection.ceiling import CeilingFigures, LineCeiling, ceiling_
 from controllers.protection.code_table import Braking, code_table
 from controllers.protection.fixed_block import detection_on
 from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled
+from railway.compiled import compiled, plain
 from railway.control import Separation
 from railway.detection import Sight, Tiling, place_of, place_of_front
 from railway.state import Authority, LineState
@@ -88,6 +88,8 @@ class MultiStepAtc:
         self.code_mps = code_table(world, self._detection, codes_mps, braking, counted)
         """Codes by train type, block of a route, and free blocks ahead. [m/s]"""
         self._ceiling = LineCeiling(world, world.profile)
+        self._blocks = plain(self._detection.blocks)
+        self._line_ceiling = plain(self._ceiling.figures)
         self._no_delay_s = np.zeros(world.size)
         self._below_mps = options.release_below_kmh / 3.6
 
@@ -129,13 +131,13 @@ class MultiStepAtc:
             state.present,
             sight.danger_m,
             self._detection.route,
-            self._detection.blocks,
+            self._blocks,
             self._world.type_index,
             self.code_mps,
             (self._options.idle_time_s, self._below_mps, self._options.overlap_m),
             self._world.far_m,
             onboard,
-            self._ceiling.figures,
+            self._line_ceiling,
         )
         return Authority(limit_m, ceiling_mps, self._no_delay_s), Shown(sight, onboard)
 
@@ -236,15 +238,16 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     present: BoolArray,
     danger_m: FloatArray,
     route: IntArray,
-    blocks: Tiling,
+    block_fields: tuple[IntArray, IntArray, FloatArray, FloatArray],
     type_index: IntArray,
     code_mps: FloatArray,
     figures: tuple[float, float, float],
     far_m: float,
     onboard: FloatArray,
-    line_ceiling: CeilingFigures,
+    ceiling_fields: tuple[FloatArray, FloatArray, FloatArray, float],
 ) -> tuple[FloatArray, FloatArray]:
     """Return limits and ceilings by code and line, and write what trains remember."""
+    blocks, line_ceiling = Tiling(*block_fields), CeilingFigures(*ceiling_fields)
     idle_time_s, below_mps, overlap_m = figures
     limit_m, ceiling_mps = np.full(front_m.size, far_m), np.zeros(front_m.size)
     for train in range(front_m.size):
