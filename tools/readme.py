@@ -35,7 +35,7 @@ SHOWN = (
 PLAIN = ("close_up", "two_stage", "two_stage_plain", "approach_point")
 EXCLUSIVE = ("close_up_exclusive", "approach_point_exclusive")
 PROTECTED = ("close_up", "atc", "atd", "sumo_native_fixed", "sumo_native_moving")
-ECO = ("energy_gross_kwh", "energy_net_kwh", "mean_arrival_delay_s", "scheduled_speed_kmh")
+ECO = ("energy_gross_kwh", "energy_net_kwh", "scheduled_speed_kmh")
 DRAWN = ("close_up", "two_stage", "atc", "atd")
 """Controllers in the figure of README.md."""
 CAPACITY_ROWS = {
