@@ -28,7 +28,7 @@ from analysis import (
 from provenance import provenance_of
 from railway.arrays import FloatArray
 from railway.compression import busiest, least_shifts_s, occupation_s
-from railway.control import Controller, Foresight, Separation
+from railway.control import Controller, Foresight, exclusive_pieces
 from railway.headway import Headway, blocking_times_s, technical_headways
 from railway.journey import Journey, booked_journey, technical_journey
 from railway.scenario import ControllerSpec
@@ -258,8 +258,7 @@ def assess_by_theory(study: Study, spec: ControllerSpec) -> Assessment:
 def _stretches(controller: Controller, world: World, service: Service) -> Stretches:
     """Return what a train keeps: blocks, circuits, or with a moving block an even grid."""
     line = world.line
-    tilings = {Separation.BLOCKS: line.blocks, Separation.CIRCUITS: line.track_circuits}
-    pieces = tilings.get(controller.separation, ())
+    pieces = exclusive_pieces(line, controller.separation)
     own = [piece for track in service.route for piece in pieces if piece.track == track]
     if own:
         edges_m = [*(piece.start_m for piece in own), own[-1].end_m]

@@ -1,6 +1,5 @@
 """The results folder of a capacity assessment: tables, two figures, columns and provenance."""
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,7 +20,7 @@ from analysis.capacity_diagram import capacity_figure
 from analysis.capacity_stairway import stairway_figure
 from analysis.figures import write_figure
 from analysis.results import COLUMNS, STATIONS, columns_frame, stations_frame
-from analysis.schema import csv_text, write_whole
+from analysis.schema import csv_text, json_text, write_whole
 from railway.scenario import Scenario
 
 
@@ -87,8 +86,7 @@ def publish_capacity(
     )
     write_figure(stairway, folder / "stairway")
     explained = {**CAPACITY_TABLES, "stations": STATIONS}
-    text = json.dumps(dict(provenance), indent=2, ensure_ascii=False) + "\n"
-    write_whole(folder / "provenance.json", text)
+    write_whole(folder / "provenance.json", json_text(provenance))
     write_whole(folder / "stations.csv", csv_text(stations, STATIONS))
     write_whole(folder / "headways.csv", csv_text(headways, HEADWAYS))
     write_whole(folder / "blocking_times.csv", csv_text(blocking_times, BLOCKING_TIMES))

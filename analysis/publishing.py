@@ -1,6 +1,5 @@
 """Everything of a results folder beside the raw tables: summary, figures, report."""
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,7 +17,7 @@ from analysis.results import (
     columns_frame,
     stations_frame,
 )
-from analysis.schema import csv_text, write_whole
+from analysis.schema import csv_text, json_text, write_whole
 from analysis.speed_distance import follower_panels, speed_distance_figure
 from analysis.summary import SUMMARY, summary_frame
 from analysis.sweep import SWEPT_TABLES, SweepTables, shown_delays_s, sweep_tables
@@ -107,7 +106,7 @@ def publish(
     write_whole(folder / "report.md", report)
     write_whole(folder / "columns.csv", csv_text(columns_frame(explained), COLUMNS))
     write_whole(folder / "stations.csv", csv_text(stations, STATIONS))
-    write_whole(folder / "provenance.json", _json(provenance))
+    write_whole(folder / "provenance.json", json_text(provenance))
     if findings.sweep:
         for name, frame in findings.sweep.frames.items():
             write_whole(folder / f"{name}.csv", csv_text(frame, SWEPT_TABLES[name]))
@@ -165,7 +164,3 @@ def _figures(
     if worst_moment(shown[0]) is not None:
         figures["zoom"] = zoom_figure(shown, stations)
     return figures
-
-
-def _json(provenance: Mapping[str, Any]) -> str:
-    return json.dumps(dict(provenance), indent=2, ensure_ascii=False) + "\n"

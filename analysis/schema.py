@@ -1,5 +1,6 @@
 """Frames with declared columns, and CSV files whose bytes can be reproduced."""
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -113,6 +114,23 @@ def _texts(series: pd.Series, column: Column) -> list[str]:
         return [str(value) for value in series]
     places = decimals(column)
     return ["" if np.isnan(value) else f"{value:.{places}f}" for value in series]
+
+
+def json_text(values: Mapping[str, Any]) -> str:
+    """
+    Return values as JSON that people can read, too.
+
+    Parameters
+    ----------
+    values
+        Anything that JSON can hold.
+
+    Returns
+    -------
+    str
+        The text.
+    """
+    return json.dumps(dict(values), indent=2, ensure_ascii=False) + "\n"
 
 
 def csv_text(frame: pd.DataFrame, columns: Sequence[Column]) -> str:

@@ -5,6 +5,7 @@ from enum import Enum
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from railway.arrays import FloatArray, IntArray
+from railway.line import Block, Line
 from railway.profile import Profile
 from railway.state import Advice, Authority, LineState
 
@@ -18,6 +19,26 @@ class Separation(Enum):
     BLOCKS = "and never enters an occupied block"
     CIRCUITS = "and never enters an occupied track circuit"
     BRAKING = "stops before where the train ahead comes to a stand with its emergency brake"
+
+
+def exclusive_pieces(line: Line, separation: Separation) -> tuple[Block, ...]:
+    """
+    Return the pieces of track that only one train at a time may be in.
+
+    Parameters
+    ----------
+    line
+        The line.
+    separation
+        What keeps its trains apart.
+
+    Returns
+    -------
+    tuple[Block, ...]
+        Blocks or track circuits; none without fixed blocks.
+    """
+    pieces = {Separation.BLOCKS: line.blocks, Separation.CIRCUITS: line.track_circuits}
+    return pieces.get(separation, ())
 
 
 class Command(NamedTuple):

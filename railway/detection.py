@@ -89,8 +89,7 @@ class Detection:
         self._points = _points(world)
         self._plain = plain(self.circuits), plain(self._points)
         self._step_s = world.step_s
-        steepest_mps2 = max(-float(world.profile.drag_mps2.min()), 0.0)
-        self._most_mps2 = float(world.of_type("starting_acceleration_mps2").max()) + steepest_mps2
+        self._most_mps2 = float(world.greatest_acceleration_mps2.max())
         self._size = len(line.track_circuits)
 
     @cached_property

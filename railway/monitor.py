@@ -11,7 +11,7 @@ import numpy as np
 
 from railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
-from railway.control import Separation
+from railway.control import Separation, exclusive_pieces
 from railway.line import Turnout
 from railway.recorder import StepBlock
 from railway.records import Violation
@@ -34,10 +34,7 @@ class Monitor:
     def __init__(self, world: World, separation: Separation = Separation.STANDING) -> None:
         self._world = world
         self._separation = separation
-        kept = {
-            Separation.BLOCKS: world.line.blocks,
-            Separation.CIRCUITS: world.line.track_circuits,
-        }.get(separation, ())
+        kept = exclusive_pieces(world.line, separation)
         self._exclusive = sorted(kept, key=lambda piece: piece.start_m)
         self._ends_m = np.array([(piece.start_m, piece.end_m) for piece in self._exclusive])
         self._enters = np.array(

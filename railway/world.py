@@ -50,6 +50,13 @@ class World:
         """Chainage that stands for "nothing ahead". [m]"""
         return self.profile.end_m - 2.0
 
+    @property
+    def greatest_acceleration_mps2(self) -> FloatArray:
+        """Of each train, on the steepest descent of the line. [m/s2], shape (n_trains,)"""
+        steepest_mps2 = -np.minimum(self.profile.drag_mps2.min(axis=1), 0.0)
+        downhill: FloatArray = steepest_mps2[self.type_index]
+        return self.of_type("starting_acceleration_mps2") + downhill
+
     def of_type(self, name: str) -> FloatArray:
         """
         Return a property of each train's type.

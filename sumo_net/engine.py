@@ -54,7 +54,7 @@ class SumoEngine:
     which blocks are occupied.
 
     A ballistic step moves a train exactly as commanded, so between events the commands of
-    up to a second are integrated here and then handed to SUMO step by step in one go: both
+    up to two seconds are integrated here and then handed to SUMO step by step in one go: both
     programs run several times faster when they do not take turns in every step. SUMO's
     places are compared with the integrated ones each time, and around events, which SUMO
     alone decides, it is asked in every step.

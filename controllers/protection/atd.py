@@ -24,6 +24,7 @@ from railway.arrays import BoolArray, FloatArray
 from railway.compiled import compiled, plain
 from railway.control import Separation
 from railway.detection import Sight
+from railway.kinematics import next_speed_mps
 from railway.profile import at
 from railway.state import Authority, LineState
 from railway.world import World
@@ -256,15 +257,6 @@ class Atd:
 
 
 @compiled
-def _curve_mps(square_m2ps2: float, brake_mps2: float, idle_time_s: float) -> float:
-    """Return the speed from which a train stops in time, the idle time included."""
-    if square_m2ps2 <= 0.0:
-        return 0.0
-    lag_mps = brake_mps2 * idle_time_s
-    return math.sqrt(lag_mps * lag_mps + square_m2ps2) - lag_mps
-
-
-@compiled
 def _step_end_m(front_m: float, patterns: Patterns) -> float:
     """Return where the step of the patterns ends that holds a front."""
     steps = math.floor((front_m - patterns.origin_m) / patterns.step_m) + 1.0
@@ -287,7 +279,7 @@ def _control_mps(
     whole = at(square, stop_m + row_start) - at(square, step_end_m + row_start)
     spared = 2.0 * (1.0 - patterns.control_share) * service_mps2 * (stop_m - step_end_m)
     brake_mps2 = patterns.control_share * service_mps2
-    return _curve_mps(whole - spared, brake_mps2, patterns.idle_time_s)
+    return float(next_speed_mps(0.0, whole - spared, 0.0, brake_mps2 * patterns.idle_time_s))
 
 
 @compiled
@@ -305,7 +297,8 @@ def _emergency_mps(
     service_mps2, emergency_mps2 = brakes_mps2
     whole = at(square, danger_m + row_start) - at(square, step_end_m + row_start)
     added = 2.0 * (emergency_mps2 - service_mps2) * (danger_m - step_end_m)
-    return _curve_mps(whole + added, emergency_mps2, patterns.emergency_idle_time_s)
+    lag_mps = emergency_mps2 * patterns.emergency_idle_time_s
+    return float(next_speed_mps(0.0, whole + added, 0.0, lag_mps))
 
 
 @compiled

@@ -29,13 +29,11 @@ class LineCeiling:
     """The lowest line limit over the whole train, the braking curves to lower ones included."""
 
     def __init__(self, world: World, profile: Profile) -> None:
-        # Nobody is further ahead after a step than with its starting acceleration throughout.
-        steepest = -np.minimum(profile.drag_mps2.min(axis=1), 0.0)[world.type_index]
-        most_mps2 = world.of_type("starting_acceleration_mps2") + steepest
+        # Nobody is further ahead after a step than with its greatest acceleration throughout.
         self.figures = CeilingFigures(
             2.0 * profile.ceiling_m2ps2.ravel(),
             world.row_start,
-            0.5 * world.step_s**2 * most_mps2,
+            0.5 * world.step_s**2 * world.greatest_acceleration_mps2,
             world.step_s,
         )
         """For :func:`ceiling_ahead_mps`."""
