@@ -59,10 +59,12 @@ def common_ways(line: Line, leader: Service, follower: Service) -> tuple[Way, ..
     for first, last in zip(firsts, lasts, strict=True):
         way = Way()
         if first - 1 in ahead and first - 1 in behind:
-            fouling_m = _fouling_m(line, first - 1)
-            way = way._replace(gate_m=fouling_m[0], entered_m=fouling_m[1])
+            gate_m, entered_m, throw_s = _points_at_end(line, first - 1)
+            way = way._replace(gate_m=gate_m, entered_m=entered_m, throws_s=(throw_s, 0.0))
         if last + 1 < len(line.sections):
-            way = way._replace(cleared_m=_fouling_m(line, last)[1])
+            parts_m, cleared_m, throw_s = _points_at_end(line, last)
+            throws_s = way.throws_s[0], throw_s
+            way = way._replace(parts_m=parts_m, cleared_m=cleared_m, throws_s=throws_s)
         ways.append(way)
     return tuple(ways)
 
@@ -71,11 +73,13 @@ def _track_by_section(line: Line, service: Service) -> dict[int, str]:
     return {line.section_of_track[track]: track for track in service.route}
 
 
-def _fouling_m(line: Line, section: int) -> tuple[float, float]:
-    """Return where the fouling section at the end of a section begins and ends."""
+def _points_at_end(line: Line, section: int) -> tuple[float, float, float]:
+    """Return where the points at the end of a section foul from and to, and how long they throw."""
     end_m = line.sections[section].end_m
     turnout = line.turnout_at.get(end_m)
-    return (turnout.fouling_start_m, turnout.fouling_end_m) if turnout else (end_m, end_m)
+    if turnout is None:
+        return end_m, end_m, 0.0
+    return turnout.fouling_start_m, turnout.fouling_end_m, turnout.throw_s + turnout.proof_s
 
 
 def least_shifts_s(world: World, foresight: Foresight, journeys: Sequence[Journey]) -> Shifts:

@@ -84,6 +84,8 @@ class Foresight(Protocol):
         """
         Return the limits of a train on the way to a call, by places and speeds of its leader.
 
+        A protection that plans the train's run may permit less, as far as it is planned.
+
         All are of shape (n_places,), in [m] and [m/s].
         """
         ...
@@ -144,5 +146,7 @@ class Controller:
     operation: Operation[Any]
     drive: Drive
     separation: Separation = Separation.STANDING
+    by_radio: bool = False
+    """Trains take their commands by radio."""
     peer: bool = False
     """The engine drives the trains itself: only what it reports is judged, not our rules."""

@@ -54,6 +54,10 @@ class Way(NamedTuple):
     """Meanwhile the way of the other ends here."""
     cleared_m: float = np.inf
     """From here on it is out of the way."""
+    parts_m: float = np.inf
+    """Until then the way of the other ends here: the points behind the common track."""
+    throws_s: tuple[float, float] = (0.0, 0.0)
+    """Until those before and behind are thrown and proven, once they are cleared. [s]"""
 
 
 WHOLE_LINE = (Way(),)
@@ -102,15 +106,23 @@ class Given:
         """
         front_m, speed_mps = self.leader.at(time_s)
         length_m = float(self.world.length_m[self.leader.row])
-        tail_m = front_m - length_m
+        kept_m, parting_m = (
+            self.leader.at(time_s - late_s)[0] - length_m for late_s in way.throws_s
+        )
         # Points that are not granted end a way like the rear of a train that stands there.
-        kept = tail_m < way.entered_m
+        kept = kept_m < way.entered_m
         place_m = np.where(kept, way.gate_m + length_m, front_m)
         speed_mps = np.where(kept, 0.0, speed_mps)
         limit_m = self.foresight.limit_behind_m(
             self.row, self.call, self.leader.row, place_m, speed_mps
         )
-        gone = (tail_m >= way.cleared_m) | (time_s >= self.leader.leaves_s)
+        if way.parts_m < np.inf:
+            parts_m = np.full_like(front_m, way.parts_m + length_m)
+            at_points_m = self.foresight.limit_behind_m(
+                self.row, self.call, self.leader.row, parts_m, np.zeros_like(front_m)
+            )
+            limit_m = np.minimum(limit_m, at_points_m)
+        gone = (parting_m >= way.cleared_m) | (time_s >= self.leader.leaves_s)
         return np.where(gone, self.world.far_m, limit_m)
 
     def since_s(self, needed_m: FloatArray) -> FloatArray:

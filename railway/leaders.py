@@ -97,22 +97,26 @@ class Leaders:
         for row in range(self._world.size):
             self._follow(row)
 
-    def tails_and_clearance_m(self, front_m: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def tails_and_clearance_m(
+        self, front_m: FloatArray, granted_m: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         """
-        Return the tails, and how far the way of each train is physically clear.
+        Return the tails, and how far the way of each train is clear.
 
         Parameters
         ----------
         front_m
             Fronts; of a train not yet on the line, its origin. [m], shape (n_trains,)
+        granted_m
+            How far the way is granted beside the trains ahead. [m], shape (n_trains,)
 
         Returns
         -------
         tuple[FloatArray, FloatArray]
-            Tails, and leader's tail, fouling point or far ahead. [m], shape (n_trains,)
+            Tails, and leader's tail or what is granted. [m], shape (n_trains,)
         """
         tail_m = front_m - self._world.length_m
-        clear_to_m = self.granted_m.copy()
+        clear_to_m = granted_m.copy()
         _lower_to_tails(clear_to_m, tail_m, self.leader, self.follows)
         return tail_m, clear_to_m
 

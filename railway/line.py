@@ -69,6 +69,26 @@ class Turnout:
     position_m: float
     fouling_start_m: float
     fouling_end_m: float
+    throw_s: float = 0.0
+    """How long the point machine takes from one end position to the other. [s]"""
+    proof_s: float = 0.0
+    """How long it then takes until the lock is proven. [s]"""
+
+
+@dataclass(frozen=True, slots=True)
+class Crossing:
+    """
+    A level crossing, across all parallel tracks of its section.
+
+    It begins to close when a front passes ``strike_in_m``, and opens when the last tail that is
+    on its way past ``end_m`` has passed it.
+    """
+
+    id: str
+    start_m: float
+    end_m: float
+    strike_in_m: float
+    closing_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +154,7 @@ class Line:
     """A track circuit counts as occupied this long after the tail has left it. [s]"""
     geometry_lon_lat_deg: tuple[tuple[float, float, float], ...] = ()
     """Chainage, longitude and latitude of points on the drawn centre line."""
+    crossings: tuple[Crossing, ...] = ()
 
     @property
     def start_m(self) -> float:
@@ -173,6 +194,27 @@ class Line:
     def turnout_at(self) -> Mapping[float, Turnout]:
         """Turnouts by their position. [m]"""
         return {turnout.position_m: turnout for turnout in self.turnouts}
+
+    def tracks_between(self, start_m: float, end_m: float) -> tuple[str, ...]:
+        """
+        Return the tracks that lie, at least in part, between two chainages.
+
+        Parameters
+        ----------
+        start_m, end_m
+            Between where. [m]
+
+        Returns
+        -------
+        tuple[str, ...]
+            Their identifiers, along the line.
+        """
+        return tuple(
+            track.id
+            for section in self.sections
+            if section.start_m < end_m and start_m < section.end_m
+            for track in section.tracks
+        )
 
     @cached_property
     def track_circuits(self) -> tuple[Block, ...]:

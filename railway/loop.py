@@ -1,6 +1,6 @@
 """The only loop: observe, protect, operate, drive, record, apply, advance."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -8,17 +8,21 @@ from railway.arrays import FloatArray
 from railway.control import Controller
 from railway.energy import EnergyMeter
 from railway.engine import Engine
+from railway.faults import Fault, Units, disturbed, silenced
 from railway.monitor import Monitor
+from railway.obstructions import UNDISTURBED, Disruptions
+from railway.radio import LOSSLESS, Radio, RadioSpec
 from railway.recorder import Recorder
 from railway.records import RunRecord
 from railway.standstill import StandstillWatch
 from railway.tracker import Tracker
+from railway.wayside import Wayside
 from railway.world import World
 
 REPORT_EVERY_STEPS = 1000
 
 
-def simulate(
+def simulate(  # noqa: PLR0913 - one argument per part of a run
     world: World,
     engine: Engine,
     controller: Controller,
@@ -26,6 +30,9 @@ def simulate(
     *,
     seed: int,
     patience_s: float,
+    disruptions: Disruptions = UNDISTURBED,
+    radio: RadioSpec = LOSSLESS,
+    faults: Sequence[Fault] | None = None,
     progress: Callable[[float], None] = lambda _: None,
 ) -> RunRecord:
     """
@@ -42,9 +49,16 @@ def simulate(
     dwell_delay_s
         The delays the engine injects, for the record. [s], shape (n_trains, n_calls_max)
     seed
-        Seed of those delays, for the record.
+        Seed of those delays, for the record, of what fails at random and of what radio loses.
     patience_s
         Trains that are not through this long after the last booked call are stalled. [s]
+    disruptions
+        What goes wrong beside the track.
+    radio
+        What a controller's commands go by if they go by radio.
+    faults
+        What units and the centre do wrong. Only where there are any, even none, does a protection
+        see what units measure; otherwise it sees what is.
     progress
         Called with the simulated time now and then. [s]
 
@@ -54,9 +68,15 @@ def simulate(
         Everything that happened, safety violations included.
     """
     protection, operation, drive = controller.protection, controller.operation, controller.drive
-    tracker = Tracker(world)
+    units = None
+    if faults is not None:
+        radio, disruptions = silenced(radio, faults), disturbed(disruptions, world.line, faults)
+        units = Units(world, faults)
+    wayside = Wayside(world, disruptions, seed)
+    on_air = Radio(world, radio, seed) if controller.by_radio else None
+    tracker = Tracker(world, wayside, on_air, units)
     monitor, energy, standing = (
-        Monitor(world, controller.separation),
+        Monitor(world, controller.separation, wayside.obstructions, by_radio=controller.by_radio),
         EnergyMeter(world),
         StandstillWatch(world),
     )
@@ -73,6 +93,9 @@ def simulate(
         if seen.collided:
             monitor.note_collisions(seen.collided, seen.time_s)
         authority, permitted = protection.authorise(state, permitted)
+        if wayside.unsettled:
+            link = authority.link
+            wayside.settle(state, link.covered_m if link else authority.limit_m)
         advice, planned = operation.advise(state, authority, planned)
         command = drive.command(state, authority, advice)
         recorder.write(state, authority, advice, command)
@@ -99,6 +122,7 @@ def simulate(
         crawl_s=standing.crawl_s,
         energy=energy.account(),
         violations=monitor.violations(),
+        obstructions=wayside.obstructions(),
         completed=tracker.completed,
         train_steps=recorder.train_steps,
     )

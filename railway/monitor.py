@@ -5,14 +5,16 @@ The monitor finds leaders by sorting positions on each track, integrates gradien
 instead of reading tables, and reads limits from the line itself.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
 from railway.control import Separation, exclusive_pieces
+from railway.intrusion import Intrusions
 from railway.line import Turnout
+from railway.obstructions import Obstruction
 from railway.recorder import StepBlock
 from railway.records import Violation
 from railway.world import World
@@ -29,9 +31,16 @@ HALTING_MPS = 0.1
 
 
 class Monitor:
-    """Checks authority, spacing, blocks, line limits and acceleration bounds."""
+    """Checks authority, spacing, blocks, obstructions, line limits and acceleration bounds."""
 
-    def __init__(self, world: World, separation: Separation = Separation.STANDING) -> None:
+    def __init__(
+        self,
+        world: World,
+        separation: Separation = Separation.STANDING,
+        obstructions: Callable[[], tuple[Obstruction, ...]] = tuple,
+        *,
+        by_radio: bool = False,
+    ) -> None:
         self._world = world
         self._separation = separation
         kept = exclusive_pieces(world.line, separation)
@@ -54,6 +63,7 @@ class Monitor:
             for track in section.tracks
         }
         self._fouling = _tracks_at_points(world)
+        self._intrusions = Intrusions(world, obstructions, self._overrun_m, by_radio=by_radio)
         self._open: dict[tuple[int, str], tuple[float, float, float]] = {}
         self._closed: list[Violation] = []
 
@@ -120,12 +130,20 @@ class Monitor:
         strongest = float(self._service_mps2.max())
         near_m = POSITION_TOLERANCE_M + strongest * self._world.step_s**2 / 8.0
         ahead_m = front_m + speed_mps * block.delay_s[:-1]
-        yield "authority", self._overrun_m(ahead_m, speed_mps, limit_m, rows), near_m
+        # Nothing holds a train that a sudden obstruction comes too near to but this very thing,
+        # and nobody who stands overruns anything.
+        excused = block.surprised[:-1] | ((speed_mps == 0.0) & (block.speed_mps[:-1] == 0.0))
+        overrun_m = self._overrun_m(ahead_m, speed_mps, limit_m, rows)
+        yield "authority", np.where(excused, -np.inf, overrun_m), near_m
         next_rear_m = self._next_rear_m(block)
+        if self._separation is not Separation.BRAKING:
+            beyond_m = limit_m - np.maximum(next_rear_m, block.front_m[:-1])
+            yield "band", beyond_m, POSITION_TOLERANCE_M
         yield "spacing", self._overrun_m(front_m, speed_mps, next_rear_m, rows), near_m
         if self._exclusive:
             yield "block", self._inside_occupied_m(block), 0.0
         yield "fouling", self._inside_fouling_m(block), 0.0
+        yield "obstruction", self._intrusions.inside_m(block, near_m), 0.0
         yield "stop", front_m - self._world.stop_m[rows, block.next_call[1:]], STOP_TOLERANCE_M
         yield "limit", speed_mps - self._limit_mps(front_m, rows), SPEED_TOLERANCE_MPS
         excess = self._acceleration_excess_mps2(block)
@@ -245,6 +263,8 @@ class Monitor:
             "authority": f"could not stop before its end of authority by {excess:.2f} m",
             "spacing": f"could not stop before the train ahead by {excess:.2f} m",
             "block": f"entered an occupied block by {excess:.2f} m",
+            "band": f"was permitted {excess:.2f} m beyond the rear of the train ahead",
+            "obstruction": f"was {excess:.2f} m inside an obstruction that it may not enter",
             "fouling": f"was {excess:.1f} m inside points that another train was passing",
             "stop": f"ran past its stop by {excess:.2f} m",
             "limit": f"was {3.6 * excess:.1f} km/h above the line limit",

@@ -35,6 +35,8 @@ class StepBlock(NamedTuple):
     delay_s: FloatArray
     """By how much running the front counts as further ahead of it. [s]"""
     next_call: IntArray
+    surprised: BoolArray
+    """A sudden obstruction may have come too near. shape (n_steps + 1, n_columns)"""
     present: BoolArray
     """The train is on the line before and after the step. shape (n_steps, n_columns)"""
     moving: BoolArray
@@ -61,10 +63,10 @@ class Recorder:
         self._time_s = np.empty(BLOCK_STEPS + 1)
         self._front_m, self._speed_mps, self._limit_m, self._delay_s = np.empty((4, *shape))
         self._next_call = np.empty(shape, dtype=np.intp)
-        self._present, self._running = np.empty((2, *shape), dtype=np.bool_)
+        self._present, self._running, self._surprised = np.empty((3, *shape), dtype=np.bool_)
         self._written = 0
         self._filled = 0
-        self._lasting: tuple[FloatArray | IntArray | BoolArray, ...] = (np.zeros(0),) * 4
+        self._lasting: tuple[FloatArray | IntArray | BoolArray, ...] = (np.zeros(0),) * 5
         self._until_sample = 0
         self._sample_every = max(1, round(1.0 / world.step_s))
         self._sampled: list[int] = []
@@ -100,7 +102,8 @@ class Recorder:
         self._front_m[at] = state.front_m
         self._speed_mps[at] = state.speed_mps
         self._limit_m[at] = authority.limit_m
-        lasting = (authority.delay_s, state.next_call, state.present, state.running)
+        surprised = state.wayside.surprised
+        lasting = (authority.delay_s, state.next_call, surprised, state.present, state.running)
         if not all(map(operator.is_, lasting, self._lasting)):
             self._fill()
             self._lasting = lasting
@@ -112,7 +115,13 @@ class Recorder:
         """Write what lasts from event to event for the steps since it was written last."""
         if self._filled < self._written:
             steps = slice(self._filled, self._written)
-            kept = (self._delay_s, self._next_call, self._present, self._running)
+            kept = (
+                self._delay_s,
+                self._next_call,
+                self._surprised,
+                self._present,
+                self._running,
+            )
             for written, values in zip(kept, self._lasting, strict=True):
                 written[steps] = values
         self._filled = self._written
@@ -151,6 +160,7 @@ class Recorder:
             row,
             self._front_m[at][present],
             self._speed_mps[at][present],
+            self._limit_m[at][present],
             reason[present],
         )
 
@@ -169,6 +179,7 @@ class Recorder:
             self._limit_m[steps, rows],
             self._delay_s[steps, rows],
             self._next_call[steps, rows],
+            self._surprised[steps, rows],
             stays,
             moving,
             moving & ~running[1:],
@@ -180,6 +191,7 @@ class Recorder:
             self._limit_m,
             self._delay_s,
             self._next_call,
+            self._surprised,
             self._present,
             self._running,
         ):

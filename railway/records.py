@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from railway.arrays import BoolArray, FloatArray, IntArray
+from railway.obstructions import Obstruction
 from railway.world import World
 
 
@@ -41,6 +42,7 @@ TRAJECTORY = (
     Column("train", "str", "", "train number"),
     Column("front_m", "float64", "m", "chainage of the front"),
     Column("speed_mps", "float64", "m/s", "speed"),
+    Column("limit_m", "float64", "m", "end of authority, or far ahead"),
     Column("track", "str", "", "track under the front"),
     Column("reason", "str", "", "what bound the speed; dwelling while the stop holds the train"),
 )
@@ -77,10 +79,21 @@ VIOLATIONS = (
         "kind",
         "str",
         "",
-        "authority, spacing, block, fouling, stop, limit, acceleration, collision or stalled",
+        "authority, spacing, block, band, fouling, obstruction, stop, limit, acceleration, "
+        "collision or stalled",
     ),
     Column("excess", "float64", "m, m/s or m/s2", "by how much the bound was passed"),
     Column("message", "str", "", "the same in a sentence"),
+)
+OBSTRUCTIONS = (
+    Column("obstruction", "str", "", "turnout, level crossing, work zone or equipment"),
+    Column("cause", "str", "", "points, obstacle, work or fault"),
+    Column("tracks", "str", "", "tracks that it lies across, separated by blanks"),
+    Column("start_m", "float64", "m", "chainage that fronts must stop short of"),
+    Column("end_m", "float64", "m", "chainage that tails must have passed"),
+    Column("requested_s", "float64", "s", "no train is let in any more that can stop short of it"),
+    Column("established_s", "float64", "s", "no train may enter; empty if never"),
+    Column("lifted_s", "float64", "s", "trains may enter again; empty if never"),
 )
 RAW_TABLES: Mapping[str, tuple[Column, ...]] = {
     "calls": CALLS,
@@ -88,6 +101,7 @@ RAW_TABLES: Mapping[str, tuple[Column, ...]] = {
     "interstation_stops": INTERSTATION_STOPS,
     "energy": ENERGY,
     "violations": VIOLATIONS,
+    "obstructions": OBSTRUCTIONS,
 }
 
 
@@ -108,6 +122,8 @@ class Trajectory(NamedTuple):
     row: IntArray
     front_m: FloatArray
     speed_mps: FloatArray
+    limit_m: FloatArray
+    """End of authority. [m]"""
     reason: IntArray
     """A :class:`~railway.state.Reason`, or -1 while dwelling."""
 
@@ -161,6 +177,8 @@ class RunRecord:
     """Time below 10 km/h outside platforms. [s], shape (n_trains,)"""
     energy: EnergyAccount
     violations: tuple[Violation, ...]
+    obstructions: tuple[Obstruction, ...]
+    """What was in the way beside the track."""
     completed: BoolArray
     """The train left at the end of the line. shape (n_trains,)"""
     train_steps: int

@@ -6,6 +6,8 @@ from typing import TypeAlias
 
 from railway.dwell import DwellDelays, Overstay
 from railway.line import Line
+from railway.obstructions import UNDISTURBED, Disruptions
+from railway.radio import LOSSLESS, RadioSpec
 from railway.rolling_stock import TrainType
 from railway.timetable import Timetable
 
@@ -31,6 +33,8 @@ class ControllerSpec:
     """Another program's own control of the trains; protection and operation are empty then."""
     by_default: bool = True
     """Runs where no controllers are named."""
+    radio: bool = False
+    """The protection's commands go by radio."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +75,8 @@ class Scenario:
     """Content hash of the scenario's files."""
     sweep: Sweep | None = None
     published: Published | None = None
+    radio: RadioSpec = LOSSLESS
+    disruptions: Disruptions = UNDISTURBED
 
     def with_initial_delay(self, delay_s: float | None) -> "Scenario":
         """

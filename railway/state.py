@@ -4,6 +4,9 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from railway.arrays import BoolArray, FloatArray, IntArray
+from railway.faults import UnitState
+from railway.obstructions import WaysideState
+from railway.radio import RadioState
 
 
 class Reason(IntEnum):
@@ -19,6 +22,8 @@ class Reason(IntEnum):
     APPROACH = 7
     ECO = 8
     PEER = 9
+    CONTROL_MAP = 10
+    EMERGENCY = 11
 
 
 class Events(NamedTuple):
@@ -32,6 +37,8 @@ class Events(NamedTuple):
     cleared: tuple[int, ...] = ()
     """The tail left a section."""
     left: tuple[int, ...] = ()
+    signalled: tuple[int, ...] = ()
+    """What is in the way of the train beside the track has changed."""
 
     def __bool__(self) -> bool:
         return any(self)
@@ -58,9 +65,9 @@ class LineState(NamedTuple):
     follows: BoolArray
     """The leader goes or stands on this train's own way, not on another track before points."""
     clear_to_m: FloatArray
-    """The way is physically clear up to here: leader's tail or fouling point. [m]"""
+    """The way is clear up to here: leader's tail or what is not granted. [m]"""
     granted_m: FloatArray
-    """Fouling point of the first points ahead that are not granted, or far ahead. [m]"""
+    """Where the first points that are not granted, or the first obstruction, begin. [m]"""
     next_call: IntArray
     """The call ahead, or the present one while standing at it."""
     stop_m: FloatArray
@@ -68,6 +75,22 @@ class LineState(NamedTuple):
     arrival_s: FloatArray
     """When the last call began. [s]"""
     events: Events
+    wayside: WaysideState
+    radio: RadioState | None = None
+    """What has arrived by radio; None under a controller without."""
+    units: UnitState | None = None
+    """What units measure, where they may be wrong; None where all of them are exact."""
+
+
+class Link(NamedTuple):
+    """What trains know that take their commands by radio; arrays of shape (n_trains,)."""
+
+    emergency: BoolArray
+    """The train brakes in emergency, whatever its limit."""
+    commanded_mps: FloatArray
+    """Speed that the centre has planned for the end of the step, inf where none. [m/s]"""
+    covered_m: FloatArray
+    """The furthest limit that the train may still go by, as far as the centre knows. [m]"""
 
 
 class Authority(NamedTuple):
@@ -79,6 +102,8 @@ class Authority(NamedTuple):
     """Speed not to be exceeded at the end of the step. [m/s]"""
     delay_s: FloatArray
     """The front counts as this much time of running further ahead of its limit. [s]"""
+    link: Link | None = None
+    """None for a protection whose permissions reach the trains at once."""
 
 
 class Advice(NamedTuple):

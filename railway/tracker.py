@@ -4,8 +4,11 @@ import numpy as np
 
 from railway.arrays import FloatArray, IntArray
 from railway.engine import Observation
+from railway.faults import Units
 from railway.leaders import Leaders
+from railway.radio import Radio
 from railway.state import Events, LineState
+from railway.wayside import Wayside
 from railway.world import World
 
 NO_EVENTS = Events()
@@ -14,9 +17,18 @@ NO_EVENTS = Events()
 class Tracker:
     """Keeps calls, leaders and masks; they change with events only."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(
+        self,
+        world: World,
+        wayside: Wayside | None = None,
+        radio: Radio | None = None,
+        units: Units | None = None,
+    ) -> None:
         size = world.size
         self._world = world
+        self._wayside = wayside or Wayside(world)
+        self._radio = radio
+        self._units = units
         self._leaders = Leaders(world)
         self._next_clear_m = self._leaders.next_clear_m.copy()
         self._leader = self._leaders.leader.copy()
@@ -56,7 +68,7 @@ class Tracker:
         LineState
             A snapshot: arrays are not written to afterwards.
         """
-        tail_m, clear_to_m = self._leaders.tails_and_clearance_m(seen.front_m)
+        tail_m, clear_to_m = self._leaders.tails_and_clearance_m(seen.front_m, self._granted_m)
         departed = self._departures(seen) if self._ready else ()
         rows = self._clearings(seen.time_s, tail_m)
         events = NO_EVENTS
@@ -69,7 +81,13 @@ class Tracker:
             or seen.left
         ):
             events = self._take_events(seen, departed, rows)
-            clear_to_m = self._leaders.tails_and_clearance_m(seen.front_m)[1]
+        trains = seen.front_m, tail_m, seen.speed_mps
+        signalled = self._wayside.update(seen.time_s, trains, self._present, events)
+        if events or signalled:
+            events = events._replace(signalled=signalled)
+            obstructed_m = self._wayside.state.obstructed_m
+            self._granted_m = np.minimum(self._leaders.granted_m, obstructed_m)
+            clear_to_m = self._leaders.tails_and_clearance_m(seen.front_m, self._granted_m)[1]
         return LineState(
             seen.time_s,
             seen.front_m,
@@ -85,6 +103,9 @@ class Tracker:
             self._stop_m,
             self._last_arrival_s,
             events,
+            self._wayside.state,
+            self._radio.update(seen.time_s, self._present) if self._radio else None,
+            self._units.update(seen.time_s, seen.front_m, seen.speed_mps) if self._units else None,
         )
 
     def _clearings(self, time_s: float, tail_m: FloatArray) -> IntArray | None:
@@ -141,7 +162,6 @@ class Tracker:
             self._leaders.leave(row)
         self._leader = self._leaders.leader.copy()
         self._follows = self._leaders.follows.copy()
-        self._granted_m = self._leaders.granted_m.copy()
         self._next_clear_m = self._leaders.next_clear_m.copy()
         return Events(
             seen.entered,
