@@ -7,25 +7,46 @@ the keys that a scenario file may set.
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, fields
+from enum import Enum
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 from controllers.drive import TractionDrive
 from controllers.operation.approach_point import ApproachPointControl, ApproachPointOptions
 from controllers.operation.close_up import CloseUp, CloseUpOptions
+from controllers.operation.control_map import FollowPlan, FollowPlanOptions
 from controllers.operation.eco import Eco, EcoOptions
 from controllers.operation.two_stage import TwoStage, TwoStageOptions
 from controllers.options import OptionError
 from controllers.peers import PEERS, build_peer
 from controllers.protection.atd import Atd, AtdOptions
+from controllers.protection.control_map import ControlMap, ControlMapOptions
 from controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
+from controllers.protection.over_radio import OverRadio
 from controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
 from railway.control import Controller
+from railway.radio import LOSSLESS, RadioSpec
 from railway.scenario import ControllerSpec, Option
 from railway.world import World
 
-__all__ = ["OPERATIONS", "PEERS", "PROTECTIONS", "ControllerError", "build", "options_of"]
+__all__ = [
+    "OPERATIONS",
+    "PEERS",
+    "PROTECTIONS",
+    "ControllerError",
+    "Medium",
+    "build",
+    "options_of",
+]
+
+
+class Medium(Enum):
+    """How the permissions of a protection reach the trains."""
+
+    TRACK = "through the track: ``radio = true`` is refused"
+    EITHER = "at once, or with ``radio = true`` by radio from a centre that has reports only"
+    RADIO = "always by radio: the protection is built from the radio, too"
 
 
 class Layer(NamedTuple):
@@ -39,13 +60,17 @@ class Layer(NamedTuple):
     build: Callable[..., Any]
     options: type[Any]
     summary: str
+    medium: Medium = Medium.TRACK
 
 
 Registry: TypeAlias = Mapping[str, Layer]
 
 PROTECTIONS: Registry = {
     "moving_block": Layer(
-        MovingBlock, MovingBlockOptions, "up to the leader's rear, taken as standing"
+        MovingBlock,
+        MovingBlockOptions,
+        "up to the leader's rear, taken as standing",
+        Medium.EITHER,
     ),
     "multi_step_atc": Layer(
         MultiStepAtc, MultiStepAtcOptions, "a speed code per block by the free blocks ahead"
@@ -55,6 +80,13 @@ PROTECTIONS: Registry = {
         RelativeBraking,
         RelativeBrakingOptions,
         "counts on the leader's braking distance: NOT safe if a leader derails or collides",
+        Medium.EITHER,
+    ),
+    "control_map": Layer(
+        ControlMap,
+        ControlMapOptions,
+        "a centre plans bands that do not overlap and commands trains by radio (Sugiyama 2018)",
+        Medium.RADIO,
     ),
 }
 
@@ -76,6 +108,7 @@ OPERATIONS: Registry = {
     "eco": Layer(
         Eco, EcoOptions, "arrives at the booked time with the least energy (Kawashima 1991)"
     ),
+    "control_map": Layer(FollowPlan, FollowPlanOptions, "as the centre of a control map commands"),
 }
 
 
@@ -96,7 +129,7 @@ class ControllerError(ValueError):
         self.allowed = allowed
 
 
-def build(spec: ControllerSpec, world: World) -> Controller:
+def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Controller:
     """
     Build a controller.
 
@@ -106,6 +139,8 @@ def build(spec: ControllerSpec, world: World) -> Controller:
         Names and options of its layers.
     world
         The line and its trains.
+    radio
+        What commands go by that go by radio.
 
     Returns
     -------
@@ -125,20 +160,39 @@ def build(spec: ControllerSpec, world: World) -> Controller:
             raise ControllerError(
                 where=f"{where}.peer", problem=error.problem, allowed=error.allowed
             ) from error
-    make_protection, protection_options = _choose(
+    make_protection, protection_options, medium = _choose(
         PROTECTIONS, f"{where}.protection", spec.protection, spec.protection_options
     )
-    make_operation, operation_options = _choose(
+    make_operation, operation_options, _ = _choose(
         OPERATIONS, f"{where}.operation", spec.operation, spec.operation_options
     )
+    if spec.radio and medium is Medium.TRACK:
+        media = {name: layer.medium for name, layer in PROTECTIONS.items()}
+        raise ControllerError(
+            where=f"{where}.radio",
+            problem=f"the commands of {spec.protection} go through the track",
+            allowed=", ".join(name for name in media if media[name] is not Medium.TRACK),
+        )
     try:
-        protection = make_protection(world, protection_options)
+        if medium is Medium.RADIO:
+            protection = make_protection(world, protection_options, radio)
+        else:
+            protection = make_protection(world, protection_options)
     except OptionError as error:
         raise ControllerError(
             where=f"{where}.protection", problem=error.problem, allowed=error.allowed
         ) from error
+    if spec.radio and medium is Medium.EITHER:
+        protection = OverRadio(protection, world, radio)
     operation = make_operation(world, operation_options, protection)
-    return Controller(spec.name, protection, operation, TractionDrive(world), protection.separation)
+    return Controller(
+        spec.name,
+        protection,
+        operation,
+        TractionDrive(world),
+        protection.separation,
+        by_radio=spec.radio or medium is Medium.RADIO,
+    )
 
 
 def options_of(spec: ControllerSpec) -> dict[str, dict[str, Option]]:
@@ -165,8 +219,8 @@ def options_of(spec: ControllerSpec) -> dict[str, dict[str, Option]]:
 
 def _choose(
     registry: Registry, where: str, name: str, options: Mapping[str, Option]
-) -> tuple[Callable[..., Any], Any]:
-    """Return how to build a layer, and its options."""
+) -> tuple[Callable[..., Any], Any, Medium]:
+    """Return how to build a layer, its options, and how it reaches the trains."""
     if name not in registry:
         raise ControllerError(
             where=where, problem=f"{name!r} is not known", allowed=", ".join(registry)
@@ -188,4 +242,4 @@ def _choose(
         raise ControllerError(
             where=f"{where}_options", problem=error.problem, allowed=error.allowed
         ) from error
-    return layer.build, chosen
+    return layer.build, chosen, layer.medium

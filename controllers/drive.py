@@ -12,21 +12,29 @@ from railway.world import World
 
 CELLS_PER_MPS = 100.0
 
-N_BOUNDS = 5
+N_BOUNDS = 6
 ADVISED = 2
 """The row for which the advice says why it lowers the ceiling."""
 ROW_REASONS = np.array(
-    [Reason.TRACTION, Reason.LINE_CEILING, -1, Reason.AUTHORITY, Reason.STATION_STOP],
+    [
+        Reason.TRACTION,
+        Reason.LINE_CEILING,
+        -1,
+        Reason.AUTHORITY,
+        Reason.STATION_STOP,
+        Reason.EMERGENCY,
+    ],
     dtype=np.intp,
 )
 
 
 class TractionDrive:
     """
-    Follows the lowest of five bounds.
+    Follows the lowest of six bounds.
 
     The rows of its bounds are traction, protection's ceiling, the advised ceiling, the
-    brake curve to the end of authority, and the brake curve to the next stop. The service
+    brake curve to the end of authority, the brake curve to the next stop, and the emergency
+    brake of a train whose link says so, for which nothing else counts. The service
     brake is the strongest that advice, stops and ceilings may ask for; only an authority
     that cannot be kept otherwise gets the emergency brake.
     """
@@ -39,9 +47,10 @@ class TractionDrive:
         # Twice the potential: squares of speeds need no halving.
         self._square = 2.0 * profile.potential_m2ps2.ravel()
         self._drag = step_s * profile.drag_mps2.ravel()
-        self._gain, self._speed_row = _traction_table(world)
+        self._gain, self._speed_row = traction_table(world, step_s)
         service, emergency = map(world.of_type, ("service_brake_mps2", "emergency_brake_mps2"))
         self._emergency_extra = (emergency - service) * step_s
+        self._nobody = np.zeros(world.size, dtype=np.bool_)
         self._stop_m = np.full(world.size, np.nan)
         self._stop_square = np.full(world.size, np.nan)
 
@@ -76,6 +85,7 @@ class TractionDrive:
                 advice.ceiling_mps,
                 self._stop_square,
                 state.running,
+                self._nobody if authority.link is None else authority.link.emergency,
                 self._row_start,
                 self._square,
                 self._drag,
@@ -117,6 +127,7 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     advised_mps: FloatArray,
     stop_square: FloatArray,
     running: BoolArray,
+    in_emergency: BoolArray,
     row_start: FloatArray,
     square: FloatArray,
     drag: FloatArray,
@@ -137,6 +148,11 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         cell = int(place)
         here = at(square, place)
         loss = braking_loss_mps(square, place, speed, step_s)
+        if in_emergency[train]:
+            next_mps[train] = max(speed - loss - emergency_extra[train], 0.0)
+            bounds[:, train] = np.inf
+            bounds[5, train] = next_mps[train]
+            continue
         lag = 0.0
         if delay_s[train] > 0.0:
             lag = braking_loss_mps(square, place, speed, delay_s[train])
@@ -148,20 +164,36 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         bounds[2, train] = advised_mps[train]
         bounds[3, train] = next_speed_mps(speed, ahead - here, loss, lag)
         bounds[4, train] = next_speed_mps(speed, stop_square[train] - here, loss, 0.0)
+        bounds[5, train] = np.inf
         wish = max(bounds[:, train].min(), speed - loss)
         emergency = max(bounds[3, train], speed - loss - emergency_extra[train])
         next_mps[train] = min(wish, emergency)
     return next_mps, bounds
 
 
-def _traction_table(world: World) -> tuple[FloatArray, FloatArray]:
-    """Tabulate the speed gained in a step on the level, against speed, one row per type."""
+def traction_table(world: World, step_s: float) -> tuple[FloatArray, FloatArray]:
+    """
+    Tabulate the speed gained in a step on the level.
+
+    Parameters
+    ----------
+    world
+        The trains.
+    step_s
+        Length of the step. [s]
+
+    Returns
+    -------
+    tuple[FloatArray, FloatArray]
+        Gains against speed, one train type after the other [m/s], and for each train the
+        place of speed 0 [-], shape (n_trains,); ``CELLS_PER_MPS`` of them to 1 m/s.
+    """
     fastest = max(kind.maximum_speed_mps for kind in world.train_types)
     cells = int(np.ceil(1.5 * fastest * CELLS_PER_MPS)) + 2
     start = np.arange(cells) / CELLS_PER_MPS
     gains = []
     for kind in world.train_types:
         # The midpoint rule: the acceleration half a step on is that of the whole step.
-        half_way = start + 0.5 * world.step_s * kind.level_acceleration_mps2(start)
-        gains.append(world.step_s * kind.level_acceleration_mps2(half_way))
+        half_way = start + 0.5 * step_s * kind.level_acceleration_mps2(start)
+        gains.append(step_s * kind.level_acceleration_mps2(half_way))
     return np.concatenate(gains), world.type_index.astype(np.float64) * cells + 0.5

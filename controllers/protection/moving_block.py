@@ -101,8 +101,8 @@ class MovingBlock:
         self.delay_s = buffers.delay_s
         self._square = 2.0 * self.profile.potential_m2ps2.ravel()
         self._delays_s = np.full(world.size, buffers.delay_s)
-        self._ceiling = LineCeiling(world, self.profile)
-        self._line_ceiling = plain(self._ceiling.figures)
+        self.ceiling = LineCeiling(world, self.profile)
+        self._line_ceiling = plain(self.ceiling.figures)
         self._spacing = (
             options.margin_m,
             buffers.error_ratio,
@@ -212,7 +212,7 @@ class MovingBlock:
             Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
         """
         braked_mps = braked_to_mps(self._world, self._square, row, (front_m, limit_m), self.delay_s)
-        return np.minimum(braked_mps, self._ceiling.at_mps(row, front_m))
+        return np.minimum(braked_mps, self.ceiling.at_mps(row, front_m))
 
 
 @compiled

@@ -53,7 +53,7 @@ class RelativeBraking:
         self._world = world
         self.profile = world.profile
         self._margin_m = options.margin_m
-        self._ceiling = LineCeiling(world, world.profile)
+        self.ceiling = LineCeiling(world, world.profile)
         self._square = 2.0 * world.profile.potential_m2ps2.ravel()
         self._no_delay_s = np.zeros(world.size)
         brake_mps2 = options.leader_brake_kmhps / 3.6
@@ -102,7 +102,7 @@ class RelativeBraking:
             self._harder_mps2,
             self._margin_m,
         )
-        return Authority(limit_m, self._ceiling.ahead_mps(state), self._no_delay_s), memory
+        return Authority(limit_m, self.ceiling.ahead_mps(state), self._no_delay_s), memory
 
     def limit_behind_m(
         self,
@@ -159,7 +159,7 @@ class RelativeBraking:
             Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
         """
         braked_mps = braked_to_mps(self._world, self._square, row, (front_m, limit_m))
-        return np.minimum(braked_mps, self._ceiling.at_mps(row, front_m))
+        return np.minimum(braked_mps, self.ceiling.at_mps(row, front_m))
 
 
 @compiled

@@ -1,0 +1,386 @@
+"""
+What trains and centre make of measurements that may be wrong.
+
+A train counts its wheels' turns from the last balise, and compares their speed with what it feels
+by its acceleration. As long as both agree within :data:`RATIO`, the counted distance is off by no
+more than that share of it; where they do not, the wheels slip or slide, and what they count too
+much or too little is uncertain until the next balise. :attr:`Aboard.uncertain_m` bounds the error
+at any time. Half of the margin of the bands is for it; by what is beyond, the band is widened at
+both ends.
+
+Time stamps that cannot be true are not believed: neither by trains nor by the centre.
+"""
+
+from enum import Enum
+from typing import NamedTuple
+
+import numpy as np
+
+from controllers.reports import radio_of
+from railway.arrays import BoolArray, FloatArray
+from railway.compiled import compiled
+from railway.faults import UnitState
+from railway.radio import TOLERANCE_S, RadioSpec, RadioState
+from railway.state import LineState
+from railway.world import World
+
+RATIO = 0.02
+"""The speed by wheels and the felt one agree if they differ by no more of it. [-]"""
+TOLD_M = 0.2
+"""A position that a balise corrects by more was wrong. [m]"""
+EARLY_S = 0.5
+"""A message from further in the future is not believed, nor a clock that is so far off. [s]"""
+LATE_S = 2.0
+"""Longest delay of a message (Sugiyama 2018, section 3.1.3). [s]"""
+ROUNDING_MPS = 1e-6
+
+
+class Notice(Enum):
+    """What a unit has found to be wrong."""
+
+    WHEELS = "slip and slide detection"
+    BALISE = "balise"
+    TRAIN_STAMP = "time stamp, by the train"
+    REPORT_STAMP = "time stamp, by the centre"
+    NO_REPORT = "no report"
+    NO_COMMANDS = "no commands"
+    CENTRE_CLOCK = "satellite time"
+    EXCLUSION = "exclusion test"
+
+
+CENTRE_ROW = -1
+
+
+class Alarm(NamedTuple):
+    """A unit finds something to be wrong, that was not just before."""
+
+    time_s: float
+    notice: Notice
+    row: int
+    """The train that it is about; :data:`CENTRE_ROW` for none."""
+
+
+class Said(NamedTuple):
+    """What trains added to the reports of one cycle; arrays of shape (n_trains,)."""
+
+    made_s: float
+    longer_m: FloatArray
+    taken_s: FloatArray
+    clock_error_s: FloatArray
+
+
+class Aboard(NamedTuple):
+    """What trains and centre know of their measurements; arrays of shape (n_trains,)."""
+
+    uncertain_m: FloatArray
+    """The measured position is off by no more. [m]"""
+    widened_m: FloatArray
+    """By so much each band is longer at either end. [m]"""
+    shift_m: FloatArray
+    """So far the front that counts is ahead of the true one. [m]"""
+    retreat_m: FloatArray
+    """So much further on it is since the last step, without having run. [m]"""
+    off_mps: FloatArray
+    """Difference of the two speeds. [m/s]"""
+    disagrees: BoolArray
+    """It is too great."""
+    balise_m: FloatArray
+    counted_m: FloatArray
+    """What the odometer said there. [m]"""
+    clock_error_s: FloatArray
+    taken_s: FloatArray
+    """When the last telegram was sent that each train believes. [s]"""
+    refuses: BoolArray
+    """The train has not believed the last telegram."""
+    slow: BoolArray
+    """Because it seemed to come from the future: nobody knows how old its commands are."""
+    stamp_error_s: float
+    """Error of the centre's clock when it sent the last telegram. [s]"""
+    stamped_s: FloatArray
+    """Time stamps of the reports that the centre believes, less the true ones. [s]"""
+    longer_m: FloatArray
+    """By so much these bands are longer. [m]"""
+    misses: BoolArray
+    """The centre has not believed the last report of a train."""
+    in_time: bool
+    """The centre's clock agrees with satellite time."""
+    unheard: BoolArray
+    """The centre has not heard from a train for too long."""
+    said: tuple[Said, ...]
+    """What may still arrive, oldest first."""
+    radio: tuple[RadioState | None, RadioState | None]
+    """What has arrived, and what of it is believed."""
+    leaving: BoolArray
+    """Who brakes in emergency because it might leave its band."""
+    alarms: tuple[Alarm, ...]
+
+    def alarm(self, time_s: float, notice: Notice, rows: BoolArray) -> "Aboard":
+        """
+        Return the same with an alarm about some trains.
+
+        Parameters
+        ----------
+        time_s
+            Now. [s]
+        notice
+            What is wrong.
+        rows
+            About whom. shape (n_trains,)
+
+        Returns
+        -------
+        Aboard
+            The same if about none.
+        """
+        if not rows.any():
+            return self
+        found = tuple(Alarm(time_s, notice, row) for row in np.flatnonzero(rows).tolist())
+        return self._replace(alarms=self.alarms + found)
+
+
+def all_right(world: World) -> Aboard:
+    """
+    Return what is known before the first step.
+
+    Parameters
+    ----------
+    world
+        The trains.
+
+    Returns
+    -------
+    Aboard
+        Every train is exactly at its origin.
+    """
+    zero, never = np.zeros(world.size), np.full(world.size, -np.inf)
+    nobody, origin_m = np.zeros(world.size, dtype=np.bool_), world.stop_m[:, 0]
+    return Aboard(
+        uncertain_m=zero,
+        widened_m=zero,
+        shift_m=zero,
+        retreat_m=zero,
+        off_mps=zero,
+        disagrees=nobody,
+        balise_m=origin_m,
+        counted_m=origin_m,
+        clock_error_s=zero,
+        taken_s=never,
+        refuses=nobody,
+        slow=nobody,
+        stamp_error_s=0.0,
+        stamped_s=zero,
+        longer_m=zero,
+        misses=nobody,
+        in_time=True,
+        unheard=nobody,
+        said=(),
+        radio=(None, None),
+        leaving=nobody,
+        alarms=(),
+    )
+
+
+def measure(
+    state: LineState,
+    aboard: Aboard,
+    sent_s: FloatArray,
+    world: World,
+    radio: RadioSpec,
+    allowance_m: float,
+) -> tuple[LineState, Aboard]:
+    """
+    Return the line as it is measured; called in every step.
+
+    Parameters
+    ----------
+    state
+        The line, with what its units measure.
+    aboard
+        From the step before.
+    sent_s
+        When the telegrams were sent that there are. [s], shape (n_slots,)
+    world
+        The trains.
+    radio
+        The radio.
+    allowance_m
+        So wrong a position may be before the band is widened. [m]
+
+    Returns
+    -------
+    tuple[LineState, Aboard]
+        Fronts are where they are at the furthest, tails at the least; and of the radio only what
+        is believed.
+    """
+    units = state.units
+    if units is None:
+        return state, aboard
+    aboard = _locate(state, units, aboard, world.step_s, allowance_m)
+    front_m = state.front_m + aboard.shift_m
+    tail_m = front_m - world.length_m - 2.0 * aboard.widened_m
+    aboard = _listen(state, units, aboard, sent_s, world.step_s)
+    aboard = _report(state, aboard, radio)
+    speed_mps = np.maximum(state.speed_mps, units.wheels_mps)
+    seen = state._replace(
+        front_m=front_m, tail_m=tail_m, speed_mps=speed_mps, radio=aboard.radio[1]
+    )
+    return seen, aboard
+
+
+def _locate(
+    state: LineState, units: UnitState, aboard: Aboard, step_s: float, allowance_m: float
+) -> Aboard:
+    """Count wheels, and bound by how much they may be wrong."""
+    measured = (units.odometer_m, units.wheels_mps, units.balise_m, units.counted_m)
+    before = (aboard.uncertain_m, aboard.widened_m, aboard.off_mps)
+    references = (aboard.balise_m, aboard.counted_m, aboard.disagrees)
+    *located, disagrees, found, wrong, news = _located(
+        state.front_m, state.speed_mps, measured, before, references, step_s, allowance_m
+    )
+    if news:
+        aboard = aboard.alarm(state.time_s, Notice.WHEELS, found)
+        aboard = aboard.alarm(state.time_s, Notice.BALISE, wrong)
+    uncertain_m, widened_m, shift_m, retreat_m, off_mps = located
+    return aboard._replace(
+        uncertain_m=uncertain_m,
+        widened_m=widened_m,
+        shift_m=shift_m,
+        retreat_m=retreat_m,
+        off_mps=off_mps,
+        disagrees=disagrees,
+        balise_m=units.balise_m,
+        counted_m=units.counted_m,
+        clock_error_s=units.clock_error_s,
+    )
+
+
+@compiled
+def _located(  # noqa: PLR0917 - compiled functions take plain arrays
+    front_m: FloatArray,
+    felt_mps: FloatArray,
+    measured: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    before: tuple[FloatArray, FloatArray, FloatArray],
+    references: tuple[FloatArray, FloatArray, BoolArray],
+    step_s: float,
+    allowance_m: float,
+) -> tuple[
+    FloatArray,
+    FloatArray,
+    FloatArray,
+    FloatArray,
+    FloatArray,
+    BoolArray,
+    BoolArray,
+    BoolArray,
+    bool,
+]:
+    odometer_m, wheels_mps, balise_m, counted_m = measured
+    uncertain_before_m, widened_before_m, off_before_mps = before
+    balise_before_m, counted_before_m, disagreed = references
+    size = front_m.size
+    uncertain_m, widened_m, shift_m = np.zeros(size), np.zeros(size), np.zeros(size)
+    retreat_m, off_mps = np.zeros(size), np.zeros(size)
+    disagrees, found = np.zeros(size, dtype=np.bool_), np.zeros(size, dtype=np.bool_)
+    wrong, news = np.zeros(size, dtype=np.bool_), False
+    for train in range(size):
+        felt = felt_mps[train]
+        off = abs(wheels_mps[train] - felt)
+        off_mps[train] = off
+        uncertain = uncertain_before_m[train]
+        if counted_m[train] != counted_before_m[train]:
+            correction = balise_m[train] - counted_m[train]
+            correction -= balise_before_m[train] - counted_before_m[train]
+            retreat_m[train] = correction
+            wrong[train] = abs(correction) > TOLD_M
+            uncertain = 0.0
+        uncertain += step_s * max(off, off_before_mps[train], RATIO * felt)
+        uncertain_m[train] = uncertain
+        widened = max(uncertain - allowance_m, 0.0)
+        widened_m[train] = widened
+        retreat_m[train] += widened - widened_before_m[train]
+        place = balise_m[train] + (odometer_m[train] - counted_m[train])
+        shift_m[train] = place + widened - front_m[train]
+        disagrees[train] = off > RATIO * felt + ROUNDING_MPS
+        found[train] = disagrees[train] and not disagreed[train]
+        news = news or found[train] or wrong[train]
+    return (
+        uncertain_m,
+        widened_m,
+        shift_m,
+        retreat_m,
+        off_mps,
+        disagrees,
+        found,
+        wrong,
+        news,
+    )
+
+
+def _listen(
+    state: LineState, units: UnitState, aboard: Aboard, sent_s: FloatArray, step_s: float
+) -> Aboard:
+    """Let trains believe the telegrams whose time stamps may be true."""
+    radio, before = radio_of(state), aboard.radio[0]
+    if before is not None and radio.heard_s is before.heard_s:
+        return aboard
+    heard_s = radio.heard_s
+    fresh = np.isfinite(heard_s) & (heard_s[:, np.newaxis] == sent_s).any(axis=1)
+    if before is not None:
+        fresh &= heard_s != before.heard_s
+    age_s = state.time_s + units.clock_error_s - heard_s - aboard.stamp_error_s
+    early = fresh & (age_s < -EARLY_S - TOLERANCE_S)
+    late = fresh & (age_s > LATE_S + step_s + TOLERANCE_S)
+    taken = fresh & ~early & ~late
+    refuses = (aboard.refuses & ~fresh) | early | late
+    aboard = aboard.alarm(state.time_s, Notice.TRAIN_STAMP, refuses & ~aboard.refuses)
+    return aboard._replace(
+        taken_s=np.where(taken, heard_s, aboard.taken_s),
+        refuses=refuses,
+        slow=(aboard.slow & ~taken) | early,
+    )
+
+
+def _report(state: LineState, aboard: Aboard, spec: RadioSpec) -> Aboard:
+    """Let trains report, and the centre believe the reports whose time stamps may be true."""
+    radio, (before, believed) = radio_of(state), aboard.radio
+    made_s = spec.last_report_s(state.time_s)
+    speaking = not aboard.said or made_s > aboard.said[-1].made_s
+    if not speaking and radio is before and believed and believed.heard_s is aboard.taken_s:
+        return aboard
+    if speaking:
+        oldest_s = made_s - spec.cycle_s - spec.delay_most_s
+        kept = tuple(said for said in aboard.said if said.made_s >= oldest_s)
+        said = Said(made_s, 2.0 * aboard.widened_m, aboard.taken_s, aboard.clock_error_s)
+        aboard = aboard._replace(said=(*kept, said))
+    if before is None or believed is None:
+        never = np.full_like(aboard.taken_s, -np.inf)
+        believed = RadioState(never, aboard.taken_s, never)
+    if before is None or radio.reported_s is not before.reported_s:
+        fresh = np.isfinite(radio.reported_s)
+        if before is not None:
+            fresh &= radio.reported_s != before.reported_s
+        reported_s = np.where(fresh, radio.reported_s, np.nan)
+        aboard, believed = _take(state.time_s, reported_s, aboard, believed)
+    return aboard._replace(radio=(radio, believed._replace(heard_s=aboard.taken_s)))
+
+
+def _take(
+    time_s: float, reported_s: FloatArray, aboard: Aboard, believed: RadioState
+) -> tuple[Aboard, RadioState]:
+    longer_m, stamped_s = aboard.longer_m.copy(), aboard.stamped_s.copy()
+    accepted_s, acknowledged_s = believed.reported_s.copy(), believed.acknowledged_s.copy()
+    misses = aboard.misses.copy()
+    for said in aboard.said:
+        arrived = reported_s == said.made_s
+        age_s = time_s - said.made_s - said.clock_error_s
+        true = (age_s >= -EARLY_S - TOLERANCE_S) & (age_s <= LATE_S + TOLERANCE_S)
+        misses = np.where(arrived, ~true, misses)
+        taken = arrived & true
+        accepted_s[taken] = said.made_s
+        acknowledged_s[taken] = said.taken_s[taken]
+        longer_m[taken], stamped_s[taken] = said.longer_m[taken], said.clock_error_s[taken]
+    aboard = aboard.alarm(time_s, Notice.REPORT_STAMP, misses & ~aboard.misses)
+    if np.array_equal(accepted_s, believed.reported_s):
+        return aboard._replace(misses=misses), believed
+    aboard = aboard._replace(misses=misses, longer_m=longer_m, stamped_s=stamped_s)
+    return aboard, RadioState(accepted_s, believed.heard_s, acknowledged_s)

@@ -1,0 +1,360 @@
+"""
+The plan of the control map: a run curve for every train, leader first.
+
+Each train first runs as fast as bands and obstructions allow. Where they make it slower, it runs
+up to them at the speed with which it comes furthest: who brakes late stands before an obstruction
+that is about to go, and has to start anew; who comes slower passes it moving.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from controllers.control_map.run import Place, Trains, run, stopping_place_m
+from controllers.control_map.way import (
+    Ends,
+    Grid,
+    Obstructions,
+    Order,
+    lower_to_announced,
+    lower_to_bands,
+    lower_to_obstructions,
+)
+from railway.arrays import BoolArray, FloatArray, IntArray
+from railway.compiled import compiled
+from railway.profile import at
+
+CAPS_MPS = 1.5
+"""Distance between the speeds that are tried. [m/s]"""
+LOSS_S = 10.0
+"""A lower speed is taken for this much time lost, at most. [s]"""
+LEAST_MPS = 1.0
+"""Nobody is asked to go slower. [m/s]"""
+CREEP_M = 3.0
+"""Who stands between stations stays there rather than move up by less. [m]"""
+MOST_OLD = 10
+"""Steps for which a report is run on to the present; nobody plans with an older one. [-]"""
+REACH_M = 3000.0
+"""Bands and obstructions further ahead than this concern nobody. [m]"""
+
+
+class Known(NamedTuple):
+    """What the centre knows of trains; arrays of shape (n_trains,)."""
+
+    since_s: FloatArray
+    """When the last report was made. [s]"""
+    front_m: FloatArray
+    speed_mps: FloatArray
+    call: IntArray
+    leaves_s: FloatArray
+    """When a train that stands at its stop leaves at the earliest; inf for others. [s]"""
+    on_line: BoolArray
+    gone: BoolArray
+    """Trains that have left the line."""
+    granted_m: FloatArray
+    """Where the first thing begins that is not granted to the train. [m]"""
+
+
+class Horizon(NamedTuple):
+    """How far maps reach, and what they keep in reserve."""
+
+    moments: int
+    old_steps: int
+    """Longest delay of a message that a train brakes, in steps. [-]"""
+    reserve_steps: int
+    """How much longer than it has to a train stands at its stop. [-]"""
+
+
+class Scratch(NamedTuple):
+    """Arrays that are written again for every train; shape (n_moments,) unless said."""
+
+    limit_m: FloatArray
+    limit_square: FloatArray
+    """Twice the brake potential at the limits, margin taken off. [m2/s2]"""
+    kept_square: FloatArray
+    """The same of the limit that a train has kept since its report. [m2/s2], as path_m"""
+    cap_mps: FloatArray
+    trial_front_m: FloatArray
+    trial_speed_mps: FloatArray
+    path_m: FloatArray
+    """A run from the train's report on. [m], shape (MOST_OLD + n_moments,)"""
+    path_mps: FloatArray
+
+
+class Plan(NamedTuple):
+    """Run curves and bands on the grid of the map."""
+
+    made_s: float
+    front_m: FloatArray
+    """Run curves. [m], shape (n_trains, n_moments)"""
+    speed_mps: FloatArray
+    """[m/s], shape (n_trains, n_moments)"""
+    rear_m: FloatArray
+    """Rear of the bands. [m], shape (n_trains, n_moments)"""
+    ahead_m: FloatArray
+    """Front of the bands: where trains can stop, and the margin. [m], (n_trains, n_moments)"""
+    free_m: FloatArray
+    """Up to here the way was free when the map was made, margin taken off. [m], (n_trains,)"""
+    planned: BoolArray
+    """The train has been heard of lately and has a run. shape (n_trains,)"""
+
+
+@compiled
+def make_plan(  # noqa: PLR0917 - compiled functions take plain arrays
+    now_s: float,
+    known: Known,
+    earlier: Plan,
+    trains: Trains,
+    order: Order,
+    obstructions: Obstructions,
+    horizon: Horizon,
+) -> Plan:
+    """
+    Plan every train's run, leader first.
+
+    Parameters
+    ----------
+    now_s
+        The present, on the grid of the map. [s]
+    known
+        What the centre knows.
+    earlier
+        The plan that trains have gone by since their reports.
+    trains
+        What runs need to know.
+    order
+        Who goes before whom.
+    obstructions
+        What stands in the way.
+    horizon
+        How far the map reaches.
+
+    Returns
+    -------
+    Plan
+        Run curves and bands.
+    """
+    size, moments = trains.length_m.size, horizon.moments
+    grid = Grid(now_s, trains.step_s, moments)
+    front_m, speed_mps = np.empty((size, moments)), np.zeros((size, moments))
+    rear_m, ahead_m = np.empty((size, moments)), np.empty((size, moments))
+    free_m, planned = np.zeros(size), np.zeros(size, dtype=np.bool_)
+    scratch = _scratch(moments)
+    for row in range(size):
+        tail_m = known.front_m[row] - trains.length_m[row]
+        front_m[row] = ahead_m[row] = known.front_m[row]
+        rear_m[row] = trains.far_m if known.gone[row] else tail_m
+        old = MOST_OLD + 1
+        if known.on_line[row]:
+            old = int(min(np.round((now_s - known.since_s[row]) / trains.step_s), MOST_OLD + 1.0))
+        if old > MOST_OLD:
+            continue
+        planned[row] = True
+        place = _at_present(row, old, known, earlier, trains, scratch)
+        ends = Ends(place.front_m, tail_m, place.front_m + REACH_M)
+        limit_m = scratch.limit_m
+        limit_m[:] = trains.far_m
+        lower_to_bands(limit_m, row, ends, grid, rear_m, known.gone, order)
+        lower_to_obstructions(limit_m, row, ends, grid, rear_m, known.gone, order, obstructions)
+        free_m[row] = min(limit_m[0], known.granted_m[row]) - trains.margin_m
+        to_stop_m = trains.stop_m[row, place.call] - place.front_m
+        waits = place.speed_mps == 0.0 and place.leaves_s == np.inf
+        if waits and min(free_m[row] - place.front_m, to_stop_m) < CREEP_M < to_stop_m:
+            limit_m[:] = place.front_m
+        for _ in range(2):
+            _choose(trains, row, place, grid, scratch, front_m[row], speed_mps[row])
+            _write_rears(row, old, known, trains, horizon, scratch, front_m[row], rear_m[row])
+            _write_stopping(trains, row, front_m[row], speed_mps[row], ahead_m[row])
+            if not lower_to_announced(
+                limit_m, row, place.front_m, grid, ahead_m[row], obstructions
+            ):
+                break
+        ahead_m[row] += trains.margin_m
+    return Plan(now_s, front_m, speed_mps, rear_m, ahead_m, free_m, planned)
+
+
+@compiled
+def _scratch(moments: int) -> Scratch:
+    path = MOST_OLD + moments
+    return Scratch(
+        np.empty(moments),
+        np.empty(moments),
+        np.empty(path),
+        np.empty(path),
+        np.empty(moments),
+        np.empty(moments),
+        np.empty(path),
+        np.empty(path),
+    )
+
+
+@compiled
+def _at_present(
+    row: int, old: int, known: Known, earlier: Plan, trains: Trains, scratch: Scratch
+) -> Place:
+    """Return where a train is that has gone by what was planned before since its report."""
+    since_s = known.since_s[row]
+    for step in range(old):
+        moment = int(np.round((since_s - earlier.made_s) / trains.step_s)) + step + 1
+        moment = min(max(moment, 0), earlier.speed_mps.shape[1] - 1)
+        scratch.cap_mps[step] = earlier.speed_mps[row, moment] if earlier.planned[row] else 0.0
+    kept_m = earlier.free_m[row] if earlier.planned[row] else known.front_m[row]
+    scratch.kept_square[:] = at(trains.square, kept_m + trains.row_start[row])
+    place = Place(known.front_m[row], known.speed_mps[row], known.call[row], known.leaves_s[row])
+    place, _, _ = run(
+        trains,
+        row,
+        place,
+        since_s,
+        scratch.cap_mps[:old],
+        scratch.kept_square[: old + 1],
+        scratch.path_m[: old + 1],
+        scratch.path_mps[: old + 1],
+    )
+    return place
+
+
+@compiled
+def _choose(  # noqa: PLR0917 - compiled functions take plain arrays
+    trains: Trains,
+    row: int,
+    place: Place,
+    grid: Grid,
+    scratch: Scratch,
+    front_m: FloatArray,
+    speed_mps: FloatArray,
+) -> None:
+    """Write the run that a train is to make under its limits."""
+    start = trains.row_start[row]
+    for moment in range(grid.moments):
+        bound_m = min(scratch.limit_m[moment], trains.far_m) - trains.margin_m
+        scratch.limit_square[moment] = at(trains.square, bound_m + start)
+    cap_mps = scratch.cap_mps[: grid.moments - 1]
+    cap_mps[:] = np.inf
+    after, arrival_s, hindered = run(
+        trains, row, place, grid.now_s, cap_mps, scratch.limit_square, front_m, speed_mps
+    )
+    call = place.call + 1 if place.leaves_s < np.inf else place.call
+    due_s = trains.booked_arrival_s[row, call] - trains.early_s
+    early = arrival_s < due_s < np.inf
+    if not (hindered or early):
+        return
+    # Once nothing is in its way any more it may run as it likes.
+    held = hindered or cap_mps.size
+    fastest_mps = np.sqrt(at(trains.ceiling_square, place.front_m + start))
+    end_s = grid.now_s + grid.step_s * (grid.moments - 1)
+    best_m = _reached_m(trains, row, after, arrival_s, end_s, fastest_mps, call)
+    cap = fastest_mps - CAPS_MPS
+    while cap > LEAST_MPS:
+        cap_mps[:held] = cap
+        after, arrival_s, touched = run(
+            trains,
+            row,
+            place,
+            grid.now_s,
+            cap_mps,
+            scratch.limit_square,
+            scratch.trial_front_m,
+            scratch.trial_speed_mps,
+        )
+        reached_m = _reached_m(trains, row, after, arrival_s, end_s, fastest_mps, call)
+        if early and arrival_s > due_s:
+            return
+        if not early and reached_m < best_m - LOSS_S * fastest_mps:
+            return
+        best_m = max(best_m, reached_m)
+        front_m[:], speed_mps[:] = scratch.trial_front_m, scratch.trial_speed_mps
+        if hindered and not touched:
+            return
+        cap -= CAPS_MPS
+
+
+@compiled
+def _write_rears(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+    row: int,
+    old: int,
+    known: Known,
+    trains: Trains,
+    horizon: Horizon,
+    scratch: Scratch,
+    front_m: FloatArray,
+    rear_m: FloatArray,
+) -> None:
+    """Write the rear of a band: the tail before the longest delay, but never before its report."""
+    rear_m[:] = known.front_m[row] - trains.length_m[row]
+    if old > horizon.old_steps:
+        # It may have braked since, and nobody would know.
+        return
+    path_m = scratch.path_m[: old + horizon.moments]
+    path_m[old:] = front_m
+    leaves = leaving_step(path_m, known.leaves_s[row] < np.inf)
+    for moment in range(max(horizon.old_steps - old, 0), horizon.moments):
+        step = moment + old - horizon.old_steps
+        if step > leaves:
+            step = max(step - horizon.reserve_steps, leaves)
+        rear_m[moment] = path_m[step] - trains.length_m[row]
+        if path_m[step] >= trains.end_m:
+            rear_m[moment] = trains.far_m
+
+
+@compiled
+def _write_stopping(
+    trains: Trains,
+    row: int,
+    front_m: FloatArray,
+    speed_mps: FloatArray,
+    stopping_m: FloatArray,
+) -> None:
+    for moment in range(front_m.size):
+        stopping_m[moment] = stopping_place_m(
+            trains.square,
+            trains.row_start[row],
+            front_m[moment],
+            speed_mps[moment],
+            trains.brake_mps2[row],
+        )
+
+
+@compiled
+def leaving_step(front_m: FloatArray, stands: bool) -> int:
+    """
+    Return after which step of a run a train leaves a stop.
+
+    Parameters
+    ----------
+    front_m
+        The run. [m], shape (n_steps + 1,)
+    stands
+        It stands at its stop in the beginning.
+
+    Returns
+    -------
+    int
+        The last step at which it stands there; past the end if it does not leave one.
+    """
+    for step in range(front_m.size - 1):
+        moves = front_m[step + 1] > front_m[step]
+        if stands and moves:
+            return step
+        stands = not moves
+    return front_m.size
+
+
+@compiled
+def _reached_m(  # noqa: PLR0917 - compiled functions take plain arrays
+    trains: Trains,
+    row: int,
+    after: Place,
+    arrival_s: float,
+    end_s: float,
+    fastest_mps: float,
+    call: int,
+) -> float:
+    """Return how far a run comes: on from a stop, and back what it has to catch up in speed."""
+    if arrival_s < np.inf:
+        reached_m: float = trains.stop_m[row, call] + fastest_mps * (end_s - arrival_s)
+        return reached_m
+    missing_mps = max(fastest_mps - after.speed_mps, 0.0)
+    gain = trains.gain[int(0.5 * fastest_mps * 100.0 + trains.speed_row[row])] / trains.step_s
+    short_m: float = 0.5 * missing_mps * missing_mps / gain
+    return after.front_m - short_m

@@ -1,0 +1,167 @@
+"""The telegrams of the control map: what the centre sends, and what of it may still be in force."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from controllers.control_map.run import stopping_place_m
+from railway.arrays import BoolArray, FloatArray
+from railway.compiled import compiled
+
+COMMANDS = 10
+"""Steps that a telegram commands. [-]"""
+KEPT = 16
+"""Telegrams that the centre remembers. [-]"""
+
+
+class Sent(NamedTuple):
+    """The telegrams of the last cycles; one slot each."""
+
+    sent_s: FloatArray
+    """[s], shape (n_slots,); -inf for an empty slot"""
+    limit_m: FloatArray
+    """Front of the band, margin taken off. [m], shape (n_slots, n_trains, n_moments)"""
+    speed_mps: FloatArray
+    """Planned speed. [m/s], shape (n_slots, n_trains, n_moments)"""
+    free_m: FloatArray
+    """How far the way was free, margin taken off. [m], shape (n_slots, n_trains)"""
+    meant: BoolArray
+    """The telegram has commands for the train. shape (n_slots, n_trains)"""
+    older_s: float
+    """When the last one was sent that is forgotten, but may not be replaced everywhere. [s]"""
+    older_m: FloatArray
+    """The furthest limits of all those. [m], shape (n_trains,)"""
+
+    def added(
+        self,
+        sent_s: float,
+        commands: tuple[FloatArray, FloatArray],
+        free_m: FloatArray,
+        meant: BoolArray,
+    ) -> "Sent":
+        """
+        Return the telegrams with another one in the place of the oldest.
+
+        Parameters
+        ----------
+        sent_s
+            When it is sent. [s]
+        commands
+            Limits and speeds. [m] and [m/s], shape (n_trains, n_moments)
+        free_m
+            How far the way is free. [m], shape (n_trains,)
+        meant
+            For whom. shape (n_trains,)
+
+        Returns
+        -------
+        Sent
+            New arrays.
+        """
+        slot = int(self.sent_s.argmin())
+        sent = Sent(
+            self.sent_s.copy(),
+            self.limit_m.copy(),
+            self.speed_mps.copy(),
+            self.free_m.copy(),
+            self.meant.copy(),
+            float(self.sent_s[slot]),
+            np.maximum(self.older_m, self._furthest_m()[slot]),
+        )
+        sent.sent_s[slot] = sent_s
+        sent.limit_m[slot], sent.speed_mps[slot] = commands
+        sent.free_m[slot] = free_m
+        sent.meant[slot] = meant
+        return sent
+
+    def covered_m(self, acknowledged_s: FloatArray, present: BoolArray) -> FloatArray:
+        """
+        Return the furthest limits of the maps that are not replaced for everybody yet.
+
+        A train that was sent nothing, or took nothing, goes on by what it has.
+
+        Parameters
+        ----------
+        acknowledged_s
+            Each train is known to have telegrams sent then or later. [s], shape (n_trains,)
+        present
+            Trains on the line. shape (n_trains,)
+
+        Returns
+        -------
+        FloatArray
+            [m], shape (n_trains,)
+        """
+        has = self.meant & (self.sent_s[:, np.newaxis] <= acknowledged_s)
+        held_s = np.where(has, self.sent_s[:, np.newaxis], -np.inf).max(axis=0)
+        effective_s = held_s.min(initial=np.inf, where=present)
+        may_hold = (self.sent_s >= effective_s)[:, np.newaxis]
+        furthest_m: FloatArray = np.where(may_hold, self._furthest_m(), -np.inf).max(axis=0)
+        if self.older_s >= effective_s:
+            furthest_m = np.maximum(furthest_m, self.older_m)
+        return furthest_m
+
+    def _furthest_m(self) -> FloatArray:
+        return np.where(self.meant, self.limit_m.max(axis=2), -np.inf)
+
+
+def nothing_sent(size: int) -> Sent:
+    """
+    Return the telegrams before the first one.
+
+    Parameters
+    ----------
+    size
+        Number of trains. [-]
+
+    Returns
+    -------
+    Sent
+        Empty slots.
+    """
+    limit_m, speed_mps = np.zeros((2, KEPT, size, COMMANDS + 1))
+    meant = np.zeros((KEPT, size), dtype=np.bool_)
+    free_m, nowhere_m = np.zeros((KEPT, size)), np.full(size, -np.inf)
+    return Sent(np.full(KEPT, -np.inf), limit_m, speed_mps, free_m, meant, -np.inf, nowhere_m)
+
+
+@compiled
+def limits_m(
+    front_m: FloatArray,
+    speed_mps: FloatArray,
+    free_m: FloatArray,
+    figures: tuple[FloatArray, FloatArray, FloatArray],
+    tolerance_m: float,
+) -> FloatArray:
+    """
+    Return where trains that go by their plan can stop, and a little further; never too far.
+
+    Parameters
+    ----------
+    front_m, speed_mps
+        The plan. [m] and [m/s], shape (n_trains, n_moments)
+    free_m
+        Limits of all limits. [m], shape (n_trains,)
+    figures
+        Twice the brake potential, row starts and service brakes.
+    tolerance_m
+        The little. [m]
+
+    Returns
+    -------
+    FloatArray
+        [m], shape (n_trains, n_moments)
+    """
+    square, row_start, brake_mps2 = figures
+    limit_m = np.empty_like(front_m)
+    for train in range(front_m.shape[0]):
+        for moment in range(front_m.shape[1]):
+            stop_m = stopping_place_m(
+                square,
+                row_start[train],
+                front_m[train, moment],
+                speed_mps[train, moment],
+                brake_mps2[train],
+            )
+            limit_m[train, moment] = min(stop_m + tolerance_m, free_m[train])
+    return limit_m

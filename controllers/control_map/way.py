@@ -1,0 +1,332 @@
+"""
+How far the way of a train will be free, at every moment of a control map.
+
+Trains are looked at in timetable order, first train first, so the bands of all trains that go
+before are planned already; a limit never lies beyond one of them.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from railway.arrays import BoolArray, FloatArray, IntArray
+from railway.compiled import compiled
+from railway.world import World
+
+AT_START_M = 0.5
+"""A front that stands at the start of an obstruction is before it, a stop error off. [m]"""
+
+
+class Order(NamedTuple):
+    """Who goes before whom on every section and at every turnout; it stays for a whole run."""
+
+    entry_m: FloatArray
+    """Where trains wait for a section: fouling start of the turnout before it. (n_sections,)"""
+    clear_m: FloatArray
+    """Where a tail has left a section: fouling end of the turnout behind it. (n_sections,)"""
+    at_points: BoolArray
+    """A turnout stands at the start of the section. shape (n_sections,)"""
+    throw_s: FloatArray
+    """Its throw time and lock proof. [s], shape (n_sections,)"""
+    first: IntArray
+    """The section in which each train starts. shape (n_trains,)"""
+    before: IntArray
+    """The train before on the track of a section; -1 for none. shape (n_trains, n_sections)"""
+    through: IntArray
+    """The train before through the turnout at its start. shape (n_trains, n_sections)"""
+    same_way: BoolArray
+    """That train takes the same way through it. shape (n_trains, n_sections)"""
+
+
+class Obstructions(NamedTuple):
+    """Obstructions on a control map; arrays of shape (n_obstructions,) but the last."""
+
+    start_m: FloatArray
+    end_m: FloatArray
+    from_s: FloatArray
+    until_s: FloatArray
+    section: IntArray
+    """Section that begins at these points; -1 for what is no turnout."""
+    strike_in_m: FloatArray
+    """Where a front starts the closing of this level crossing; -inf for what is none. [m]"""
+    concerns: BoolArray
+    """shape (n_trains, n_obstructions)"""
+
+
+def order_of(world: World) -> Order:
+    """
+    Return who goes before whom.
+
+    Parameters
+    ----------
+    world
+        Line and timetable.
+
+    Returns
+    -------
+    Order
+        The order.
+    """
+    line, services = world.line, world.timetable.services
+    sections = len(line.sections)
+    shape = (world.size, sections)
+    first = np.array([line.section_of_track[service.route[0]] for service in services])
+    before, through = np.full((2, *shape), -1, dtype=np.intp)
+    same_way = np.zeros(shape, dtype=np.bool_)
+    last_on_track: dict[str, int] = {}
+    last_through: dict[int, tuple[int, tuple[str, ...]]] = {}
+    for row, service in enumerate(services):
+        for offset, track in enumerate(service.route):
+            section = int(first[row]) + offset
+            before[row, section] = last_on_track.get(track, -1)
+            last_on_track[track] = row
+            if offset:
+                way = service.route[offset - 1 : offset + 1]
+                ahead, other = last_through.get(section, (-1, ()))
+                through[row, section], same_way[row, section] = ahead, way == other
+                last_through[section] = row, way
+    starts = [line.turnout_at.get(section.start_m) for section in line.sections]
+    ends = [line.turnout_at.get(section.end_m) for section in line.sections]
+    return Order(
+        np.array(
+            [
+                points.fouling_start_m if points else section.start_m
+                for points, section in zip(starts, line.sections, strict=True)
+            ]
+        ),
+        np.array(
+            [
+                points.fouling_end_m if points else section.end_m
+                for points, section in zip(ends, line.sections, strict=True)
+            ]
+        ),
+        np.array([points is not None for points in starts]),
+        np.array([points.throw_s + points.proof_s if points else 0.0 for points in starts]),
+        first.astype(np.intp),
+        before,
+        through,
+        same_way,
+    )
+
+
+class Grid(NamedTuple):
+    """The moments of a map."""
+
+    now_s: float
+    """The first. [s]"""
+    step_s: float
+    """Time between two. [s]"""
+    moments: int
+
+
+class Ends(NamedTuple):
+    """Where a train is, and how far it can come."""
+
+    front_m: float
+    tail_m: float
+    reach_m: float
+
+
+@compiled
+def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
+    limit_m: FloatArray,
+    row: int,
+    ends: Ends,
+    grid: Grid,
+    rear_m: FloatArray,
+    gone: BoolArray,
+    order: Order,
+) -> None:
+    """
+    Lower a train's limits to the bands of those who go before it, at every moment.
+
+    Parameters
+    ----------
+    limit_m
+        Limits, lowered in place. [m], shape (n_moments,)
+    row
+        The train; bands of all trains before it are planned.
+    ends
+        Where it is.
+    grid
+        The moments.
+    rear_m
+        Rear of the bands. [m], shape (n_trains, n_moments)
+    gone
+        Trains that have left the line. shape (n_trains,)
+    order
+        Who goes before whom.
+    """
+    last = order.entry_m.size - 1
+    here = order.first[row]
+    while here < last and ends.tail_m >= order.clear_m[here]:
+        here += 1
+    for section in range(here, last + 1):
+        entry_m = order.entry_m[section]
+        if section > here and entry_m >= ends.reach_m:
+            return
+        ahead = order.through[row, section]
+        outside = section > here and ends.front_m <= entry_m + AT_START_M
+        if outside and order.at_points[section] and ahead >= 0 and not gone[ahead]:
+            # The detector-locked section admits one train.
+            clear_m, throw_s = order.clear_m[section - 1], order.throw_s[section]
+            clear = 0
+            while clear < grid.moments and rear_m[ahead, clear] < clear_m:
+                clear += 1
+            if clear > 0 and not order.same_way[row, section]:
+                clear += int(np.ceil(throw_s / grid.step_s))
+            raise_wall(limit_m, entry_m, 0, clear)
+        ahead = order.before[row, section]
+        if ahead < 0 or gone[ahead]:
+            continue
+        follows = section == here or order.before[row, section - 1] == ahead
+        nearest_m = -np.inf if follows else entry_m
+        for moment in range(grid.moments):
+            if rear_m[ahead, moment] >= order.clear_m[section]:
+                break
+            limit_m[moment] = min(limit_m[moment], max(rear_m[ahead, moment], nearest_m))
+
+
+@compiled
+def lower_to_obstructions(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+    limit_m: FloatArray,
+    row: int,
+    ends: Ends,
+    grid: Grid,
+    rear_m: FloatArray,
+    gone: BoolArray,
+    order: Order,
+    obstructions: Obstructions,
+) -> None:
+    """
+    Lower a train's limits to the obstructions that are in force now.
+
+    Parameters
+    ----------
+    limit_m
+        Limits, lowered in place. [m], shape (n_moments,)
+    row
+        The train; bands of all trains before it are planned.
+    ends
+        Where it is.
+    grid
+        The moments.
+    rear_m
+        Rear of the bands. [m], shape (n_trains, n_moments)
+    gone
+        Trains that have left the line. shape (n_trains,)
+    order
+        Who goes before whom.
+    obstructions
+        What stands in the way.
+    """
+    for number in range(obstructions.start_m.size):
+        start_m = obstructions.start_m[number]
+        if not obstructions.concerns[row, number] or obstructions.from_s[number] > grid.now_s:
+            continue
+        if ends.front_m > start_m + AT_START_M or start_m > ends.reach_m:
+            continue
+        if ends.front_m < obstructions.strike_in_m[number]:
+            # It will be closed in time.
+            continue
+        section = obstructions.section[number]
+        if section >= 0:
+            ahead = order.through[row, section]
+            if ahead >= 0 and not gone[ahead] and rear_m[ahead, 0] < order.clear_m[section - 1]:
+                # These points are still another train's.
+                continue
+        wait_s = obstructions.until_s[number] - grid.now_s
+        raise_wall(limit_m, start_m, 0, moments_until(wait_s, grid))
+
+
+@compiled
+def lower_to_announced(
+    limit_m: FloatArray,
+    row: int,
+    front_m: float,
+    grid: Grid,
+    stopping_m: FloatArray,
+    obstructions: Obstructions,
+) -> bool:
+    """
+    Lower a train's limits to those announced obstructions that its run would meet.
+
+    Whoever cannot stop any more when an obstruction is to begin is let through, and it begins
+    when that train has passed.
+
+    Parameters
+    ----------
+    limit_m
+        Limits, lowered in place. [m], shape (n_moments,)
+    row
+        The train.
+    front_m
+        Its front now. [m]
+    grid
+        The moments.
+    stopping_m
+        Where the run can stop. [m], shape (n_moments,)
+    obstructions
+        What stands in the way.
+
+    Returns
+    -------
+    bool
+        Whether any limit was lowered.
+    """
+    met = False
+    for number in range(obstructions.start_m.size):
+        start_m, from_s = obstructions.start_m[number], obstructions.from_s[number]
+        if not obstructions.concerns[row, number] or from_s <= grid.now_s:
+            continue
+        begins = moments_until(from_s - grid.now_s, grid)
+        if begins >= grid.moments or front_m > start_m:
+            continue
+        if stopping_m[begins] > start_m or stopping_m[grid.moments - 1] <= start_m:
+            continue
+        lasts = moments_until(obstructions.until_s[number] - grid.now_s, grid)
+        raise_wall(limit_m, start_m, begins, lasts)
+        met = True
+    return met
+
+
+@compiled
+def raise_wall(limit_m: FloatArray, place_m: float, first: int, end: int) -> None:
+    """
+    Lower limits to a place from one moment to another.
+
+    Parameters
+    ----------
+    limit_m
+        Limits, lowered in place. [m], shape (n_moments,)
+    place_m
+        The place. [m]
+    first
+        The first moment.
+    end
+        The moment after the last; may lie past the end.
+    """
+    for moment in range(first, min(end, limit_m.size)):
+        limit_m[moment] = min(limit_m[moment], place_m)
+
+
+@compiled
+def moments_until(wait_s: float, grid: Grid) -> int:
+    """
+    Count the moments before a time.
+
+    Parameters
+    ----------
+    wait_s
+        How long it is from now until then; infinite where nobody knows. [s]
+    grid
+        The moments.
+
+    Returns
+    -------
+    int
+        How many, all of them at most.
+    """
+    if wait_s >= grid.step_s * grid.moments:
+        return grid.moments
+    return max(int(np.ceil(wait_s / grid.step_s - 1e-6)), 0)

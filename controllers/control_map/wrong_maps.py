@@ -1,0 +1,70 @@
+"""A centre whose planning channel makes wrong maps for a time; a fault campaign tests the rest."""
+
+import numpy as np
+
+from controllers.control_map.planner import Plan
+from controllers.protection.control_map import ControlMap, ControlMapOptions
+from controllers.reports import Reports
+from railway.arrays import FloatArray
+from railway.faults import Fault, Variant
+from railway.radio import RadioSpec
+from railway.state import LineState
+from railway.world import World
+
+
+class WrongMaps(ControlMap):
+    """The control map with a fault of kind :attr:`~railway.faults.FaultKind.MAP`."""
+
+    def __init__(
+        self, world: World, options: ControlMapOptions, radio: RadioSpec, fault: Fault
+    ) -> None:
+        super().__init__(world, options, radio)
+        self._fault = fault
+        self._row = world.timetable.trains.index(fault.unit)
+
+    def plan(
+        self,
+        state: LineState,
+        reports: Reports,
+        earlier: Plan,
+        longer_m: FloatArray | None = None,
+    ) -> Plan:
+        """
+        Make a map, a wrong one while the fault lasts.
+
+        Parameters
+        ----------
+        state
+            The line.
+        reports
+            What trains have reported.
+        earlier
+            The map that they have gone by since.
+        longer_m
+            By so much bands are longer. [m], shape (n_trains,)
+
+        Returns
+        -------
+        Plan
+            Run curves and bands.
+        """
+        fault, chosen = self._fault, np.arange(self._world.size) == self._row
+        wrong = fault.during(state.time_s)
+        if wrong and fault.variant is Variant.BAND:
+            reports = reports._replace(front_m=reports.front_m + fault.size * chosen)
+        if wrong and fault.variant is Variant.LEFT_OUT:
+            state = state._replace(
+                present=state.present & ~chosen,
+                front_m=np.where(chosen, self._world.far_m, state.front_m),
+            )
+        if wrong and fault.variant is Variant.IGNORED:
+            concerns = state.wayside.concerns & ~chosen[:, np.newaxis]
+            state = state._replace(
+                granted_m=np.where(chosen, self._world.far_m, state.granted_m),
+                wayside=state.wayside._replace(concerns=concerns),
+            )
+        made = super().plan(state, reports, earlier, longer_m)
+        if wrong and fault.variant is Variant.RUN:
+            further_m = fault.size * chosen[:, np.newaxis]
+            made = made._replace(front_m=made.front_m + further_m, ahead_m=made.ahead_m + further_m)
+        return made

@@ -1,0 +1,63 @@
+"""Control map: the train goes as its commands say."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from controllers.operation.close_up import NO_CEILING_MPS, no_advice
+from railway.control import Foresight
+from railway.state import Advice, Authority, LineState, Reason
+from railway.world import World
+
+
+@dataclass(frozen=True, slots=True)
+class FollowPlanOptions:
+    """It has none: the plan is the protection's."""
+
+
+class FollowPlan:
+    """
+    Goes as the centre has planned.
+
+    Over a protection that commands no speeds it closes up.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        options: FollowPlanOptions,  # noqa: ARG002 - all operations are built alike
+        foresight: Foresight,  # noqa: ARG002
+    ) -> None:
+        self._closes_up = no_advice(world.size)
+        self._reason = np.full(world.size, Reason.CONTROL_MAP, dtype=np.intp)
+
+    def initial(self) -> None:
+        """Return the memory before the first step: there is none."""
+
+    def advise(
+        self,
+        state: LineState,  # noqa: ARG002 - commands are made from it
+        authority: Authority,
+        memory: None,  # noqa: ARG002
+    ) -> tuple[Advice, None]:
+        """
+        Return the commanded speeds.
+
+        Parameters
+        ----------
+        state
+            The line.
+        authority
+            What protection permits, with what came by radio.
+        memory
+            None.
+
+        Returns
+        -------
+        tuple[Advice, None]
+            The speeds, and no memory.
+        """
+        if authority.link is None:
+            return self._closes_up, None
+        ceiling_mps = np.minimum(authority.link.commanded_mps, NO_CEILING_MPS)
+        return Advice(ceiling_mps, self._reason), None

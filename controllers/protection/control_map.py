@@ -1,0 +1,428 @@
+"""
+Control map: a centre plans the run of every train and commands them by radio.
+
+Every half second the centre plans the run curves of all trains for the next minute from what
+they last reported, first train first, so that their *bands* do not overlap: ahead of a train its
+braking distance and a margin, behind it the place where its tail was before the longest delay of a
+message that it brakes. Every second it sends each train the next five seconds of its plan in ten
+steps. A train keeps within its band with the service brake, and in emergency if it must; when
+its commands have run out it brakes in emergency.
+
+A command never lets a train go beyond what was free when it was made: the tail of the train
+ahead as last reported, and what was granted. So no loss or delay of messages, no clock and no
+plan that the train ahead does not keep can make a command unsafe afterwards; only something that
+is put in a train's way could, and nothing is before every train has acknowledged a map without it.
+
+What of positions, clocks and time stamps is believed where units may be wrong is said in
+:mod:`controllers.control_map.measuring`.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from controllers.control_map.measuring import (
+    CENTRE_ROW,
+    EARLY_S,
+    Aboard,
+    Alarm,
+    Notice,
+    all_right,
+    measure,
+)
+from controllers.control_map.onboard import ceilings_mps, keep_bands, may_leave
+from controllers.control_map.planner import Horizon, Known, Plan, make_plan
+from controllers.control_map.run import Pace, trains_of
+from controllers.control_map.telegrams import COMMANDS, Sent, limits_m, nothing_sent
+from controllers.control_map.way import Obstructions, order_of
+from controllers.options import require
+from controllers.protection.ceiling import LineCeiling, braked_to_mps
+from controllers.reports import Reports, emergency, no_reports, radio_of, take_reports
+from railway.arrays import BoolArray, FloatArray
+from railway.compiled import plain
+from railway.control import Separation
+from railway.control_map import Bands, free_to_m, layers_of, overlaps_m, ways_of
+from railway.radio import TOLERANCE_S, RadioSpec
+from railway.state import Authority, LineState, Link
+from railway.world import World
+
+UPDATE_S = 0.5
+"""Time between maps, and between the moments of a map (Sugiyama 2018, section 3.1.3). [s]"""
+OVERLAP_M = 0.1
+"""Runs are stepped, so bands may reach their limits off by this much. [m]"""
+
+
+@dataclass(frozen=True, slots=True)
+class ControlMapOptions:
+    """Options of the control map."""
+
+    margin_m: float = 25.0
+    """Between the place before which a train can stop and the rear of the band ahead. [m]"""
+    delay_s: float = 3.0
+    """Longest delay of a message that a train brakes. [s]"""
+    horizon_s: float = 60.0
+    """How far the map reaches. [s]"""
+    tolerance_m: float = 30.0
+    """By how much a train may be ahead of its plan before it is braked. [m]"""
+    smooth_brake_kmhps: float = 2.0
+    """Deceleration to a lower planned speed. [km/h/s]"""
+
+    reserve_s: float = 15.0
+    """How much longer than it has to a train ahead is expected to stand at its stop. [s]"""
+    early_s: float = 20.0
+    """How much earlier than booked trains are to arrive. [s]"""
+
+    def __post_init__(self) -> None:
+        require("margin_m", self.margin_m, 0.0, 1000.0)
+        require("delay_s", self.delay_s, 0.0, 30.0)
+        require("horizon_s", self.horizon_s, 10.0, 600.0)
+        require("tolerance_m", self.tolerance_m, 5.0, 1000.0)
+        require("smooth_brake_kmhps", self.smooth_brake_kmhps, 0.2, 12.0)
+
+
+class Memory(NamedTuple):
+    """What centre and trains remember."""
+
+    reports: Reports
+    plan: Plan
+    sent: Sent
+    next_s: float
+    """When the next map is made. [s]"""
+    refused_s: float
+    """When the last map was made whose bands overlapped: nothing of it was sent. [s]"""
+    covered_m: FloatArray
+    """See :attr:`railway.state.Link.covered_m`. [m], shape (n_trains,)"""
+    held_s: FloatArray
+    """When the commands were sent that trains go by. [s], shape (n_trains,)"""
+    held_m: FloatArray
+    """Limits that trains keep. [m], shape (n_trains,)"""
+    emergency: BoolArray
+    """Who brakes in emergency. shape (n_trains,)"""
+    aboard: Aboard
+    """What is known of measurements; it changes only where they may be wrong."""
+
+
+class ControlMap:
+    """The centre, and the trains that go by its commands."""
+
+    separation = Separation.STANDING
+    delay_s = 0.0
+    idle_time_s = 0.0
+
+    def __init__(self, world: World, options: ControlMapOptions, radio: RadioSpec) -> None:
+        self._world, self._options, self._radio = world, options, radio
+        self.profile = world.profile
+        # A report is a cycle old when the next one comes, and both ways take their time.
+        self.release_delay_s = 2.0 * radio.cycle_s + 2.0 * radio.delay_most_s
+        self._ceiling = LineCeiling(world, world.profile)
+        self._order, self._layers, self._ways = order_of(world), layers_of(world), ways_of(world)
+        self._no_delay_s = np.zeros(world.size)
+        self._trains = trains_of(
+            world,
+            Pace(UPDATE_S, options.smooth_brake_kmhps / 3.6, options.early_s, options.margin_m),
+        )
+        self._horizon = Horizon(
+            round(options.horizon_s / UPDATE_S) + 1,
+            round(options.delay_s / UPDATE_S),
+            round(options.reserve_s / UPDATE_S),
+        )
+        self._figures = (self._trains.square, self._trains.row_start, self._trains.brake_mps2)
+        line = world.line
+        section_at = {section.start_m: number for number, section in enumerate(line.sections)}
+        self._points = [section_at[turnout.position_m] for turnout in line.turnouts]
+        self._strike_in_m = [crossing.strike_in_m for crossing in line.crossings]
+
+    def initial(self) -> Memory:
+        """
+        Return the memory before the first step.
+
+        Returns
+        -------
+        Memory
+            Nobody has said anything.
+        """
+        size = self._world.size
+        curves = np.zeros((4, size, self._horizon.moments))
+        nobody, nowhere = np.zeros(size, dtype=np.bool_), np.full(size, -np.inf)
+        return Memory(
+            no_reports(self._world),
+            Plan(-np.inf, curves[0], curves[1], curves[2], curves[3], nowhere, nobody),
+            nothing_sent(size),
+            -np.inf,
+            -np.inf,
+            nowhere,
+            nowhere,
+            nowhere,
+            nobody,
+            all_right(self._world),
+        )
+
+    def authorise(self, state: LineState, memory: Memory) -> tuple[Authority, Memory]:
+        """
+        Return the authority of every train.
+
+        Parameters
+        ----------
+        state
+            The line.
+        memory
+            From the step before.
+
+        Returns
+        -------
+        tuple[Authority, Memory]
+            Limits, ceilings and what came by radio, and the next memory.
+        """
+        seen, aboard = state, memory.aboard
+        if state.units is not None:
+            allowance_m = 0.5 * self._options.margin_m
+            known = (memory.sent.sent_s, self._world, self._radio, allowance_m)
+            seen, aboard = measure(state, aboard, *known)
+        radio = radio_of(seen)
+        reports = take_reports(memory.reports, seen, radio, self._radio)
+        if reports is not memory.reports or aboard is not memory.aboard:
+            memory = memory._replace(reports=reports, aboard=aboard)
+        if state.time_s + TOLERANCE_S >= memory.next_s:
+            memory = self._update(seen, memory)
+            covered_m = memory.sent.covered_m(radio.acknowledged_s, state.present)
+            memory = memory._replace(covered_m=covered_m)
+        return self._keep(state, seen, memory)
+
+    def _update(self, state: LineState, memory: Memory) -> Memory:
+        """Let the centre make a map, and send it if it may."""
+        next_s = UPDATE_S * (math.floor((state.time_s + TOLERANCE_S) / UPDATE_S) + 1)
+        aboard, reports, sent = memory.aboard, memory.reports, memory.sent
+        if state.units is not None:
+            in_time = abs(state.units.centre_clock_error_s) <= EARLY_S
+            aboard = self._watch(state, aboard, reports, in_time=in_time)
+            if not in_time:
+                return memory._replace(next_s=next_s, aboard=aboard)
+            stamped_s = np.minimum(reports.known_s + aboard.stamped_s, state.time_s)
+            reports = reports._replace(known_s=stamped_s)
+        plan = self.plan(state, reports, memory.plan, aboard.longer_m)
+        limit_m = limits_m(
+            plan.front_m[:, : COMMANDS + 1],
+            plan.speed_mps[:, : COMMANDS + 1],
+            plan.free_m,
+            self._figures,
+            self._options.tolerance_m,
+        )
+        if not self._excludes(plan, limit_m, state, memory):
+            if memory.refused_s < state.time_s - 1.5 * UPDATE_S:
+                alarm = Alarm(state.time_s, Notice.EXCLUSION, CENTRE_ROW)
+                aboard = aboard._replace(alarms=(*aboard.alarms, alarm))
+            return memory._replace(next_s=next_s, refused_s=state.time_s, aboard=aboard)
+        sent_s = self._radio.last_telegram_s(state.time_s)
+        if sent_s > sent.sent_s.max():
+            commands = limit_m, plan.speed_mps[:, : COMMANDS + 1]
+            sent = sent.added(sent_s, commands, plan.free_m, plan.planned)
+            if state.units is not None:
+                aboard = aboard._replace(stamp_error_s=state.units.centre_clock_error_s)
+        return memory._replace(next_s=next_s, plan=plan, sent=sent, aboard=aboard)
+
+    def _watch(
+        self, state: LineState, aboard: Aboard, reports: Reports, *, in_time: bool
+    ) -> Aboard:
+        """Note what the centre finds to be wrong but maps."""
+        if aboard.in_time and not in_time:
+            alarm = Alarm(state.time_s, Notice.CENTRE_CLOCK, CENTRE_ROW)
+            aboard = aboard._replace(alarms=(*aboard.alarms, alarm))
+        unheard = state.present & (reports.known_s < state.time_s - self._options.delay_s)
+        unheard &= np.isfinite(reports.known_s)
+        aboard = aboard.alarm(state.time_s, Notice.NO_REPORT, unheard & ~aboard.unheard)
+        return aboard._replace(unheard=unheard, in_time=in_time)
+
+    def _keep(self, state: LineState, seen: LineState, memory: Memory) -> tuple[Authority, Memory]:
+        """Let trains keep the bands that they have heard of."""
+        aboard, held_m = memory.aboard, memory.held_m + memory.aboard.shift_m
+        limit_m, commanded_mps, held_s = keep_bands(
+            state.time_s + aboard.clock_error_s - aboard.stamp_error_s,
+            self._world.step_s,
+            UPDATE_S,
+            seen.front_m,
+            seen.speed_mps,
+            state.stop_m - state.front_m,
+            seen.present,
+            radio_of(seen).heard_s,
+            plain(memory.sent)[:5],
+            memory.held_s,
+            held_m,
+            self._figures,
+        )
+        runs_out_s = held_s
+        if state.units is not None:
+            runs_out_s = held_s + aboard.stamp_error_s - aboard.clock_error_s
+            runs_out_s = np.where(aboard.slow, -np.inf, runs_out_s)
+        braking = emergency(memory.emergency, state, runs_out_s, UPDATE_S * COMMANDS)
+        ceiling_mps = self._ceiling.ahead_mps(state)
+        if state.units is not None:
+            aboard = aboard.alarm(state.time_s, Notice.NO_COMMANDS, braking & ~memory.emergency)
+            ceiling_mps = ceilings_mps(self._ceiling, seen, aboard)
+            leaving = may_leave(seen, aboard, limit_m, self._figures)
+            aboard = aboard._replace(leaving=leaving)
+            # What was permitted stays so: only where the train is has become uncertain.
+            limit_m = np.where(leaving, np.maximum(limit_m, held_m), limit_m) - aboard.shift_m
+        link = Link(braking | aboard.leaving, commanded_mps, memory.covered_m)
+        authority = Authority(limit_m, ceiling_mps, self._no_delay_s, link)
+        return authority, memory._replace(
+            held_s=held_s, held_m=limit_m, emergency=braking, aboard=aboard
+        )
+
+    def limit_behind_m(
+        self,
+        row: int,  # noqa: ARG002 - the same for all
+        call: int,  # noqa: ARG002
+        leader: int,
+        leader_front_m: FloatArray,
+        leader_speed_mps: FloatArray,  # noqa: ARG002 - the leader is taken as standing
+    ) -> FloatArray:
+        """
+        Return the limit of a train behind its leader.
+
+        Parameters
+        ----------
+        row
+            The train.
+        call
+            Its next call.
+        leader
+            Row of its leader.
+        leader_front_m
+            Where the leader's front may be. [m], shape (n_places,)
+        leader_speed_mps
+            Its speed there. [m/s], shape (n_places,)
+
+        Returns
+        -------
+        FloatArray
+            The front must be able to stop before this. [m], shape (n_places,)
+        """
+        behind_m: FloatArray = leader_front_m - self._world.length_m[leader]
+        return behind_m - self._options.margin_m
+
+    def permitted_mps(self, row: int, front_m: FloatArray, limit_m: FloatArray) -> FloatArray:
+        """
+        Return the speed from which the service brake keeps a limit that stays.
+
+        Parameters
+        ----------
+        row
+            The train.
+        front_m
+            Places of its front. [m], shape (n_places,)
+        limit_m
+            Its limits. [m], shape (n_places,)
+
+        Returns
+        -------
+        FloatArray
+            Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
+        """
+        braked_mps = braked_to_mps(self._world, self._trains.square, row, (front_m, limit_m))
+        return np.minimum(braked_mps, self._ceiling.at_mps(row, front_m))
+
+    def plan(
+        self,
+        state: LineState,
+        reports: Reports,
+        earlier: Plan,
+        longer_m: FloatArray | None = None,
+    ) -> Plan:
+        """
+        Make a map.
+
+        Parameters
+        ----------
+        state
+            The line, of which only what is known by wire is read: points, obstructions, and who
+            is on it.
+        reports
+            What trains have reported.
+        earlier
+            The map that they have gone by since.
+        longer_m
+            By so much bands are longer, because it is uncertain where trains are; None for not
+            at all. [m], shape (n_trains,)
+
+        Returns
+        -------
+        Plan
+            Run curves and bands.
+        """
+        world, call, trains = self._world, reports.call, self._trains
+        if longer_m is not None and longer_m.any():
+            # The front that counts is the furthest: at a stop when the train surely is.
+            trains = trains._replace(
+                length_m=trains.length_m + longer_m,
+                stop_m=trains.stop_m + longer_m[:, np.newaxis],
+            )
+        rows = np.arange(world.size)
+        ready_s = reports.stopped_s + world.minimum_dwell_s[rows, call]
+        known = Known(
+            reports.known_s,
+            reports.front_m,
+            reports.speed_mps,
+            call,
+            np.where(
+                np.isfinite(reports.stopped_s),
+                np.maximum(world.booked_departure_s[rows, call], ready_s),
+                np.inf,
+            ),
+            state.present,
+            self._gone(state),
+            state.granted_m,
+        )
+        now_s = UPDATE_S * round(state.time_s / UPDATE_S)
+        return make_plan(
+            now_s,
+            known,
+            earlier,
+            trains,
+            self._order,
+            self._obstructions(state),
+            self._horizon,
+        )
+
+    def _gone(self, state: LineState) -> BoolArray:
+        """Return who has left the line: detection at both ends of it is by wire."""
+        return ~state.present & (state.front_m > self._world.stop_m[:, 0])
+
+    def _excludes(self, plan: Plan, limit_m: FloatArray, state: LineState, memory: Memory) -> bool:
+        """Return whether no band overlaps another one, and no limit lies beyond what is free."""
+        reports, margin_m = memory.reports, self._options.margin_m
+        tail_m = reports.front_m - self._world.length_m - memory.aboard.longer_m
+        known = (reports.front_m, tail_m, self._gone(state), state.granted_m)
+        over_m = limit_m.max(axis=1) + margin_m - free_to_m(*known, self._ways)
+        if over_m.max(initial=0.0, where=plan.planned & state.present) > OVERLAP_M:
+            return False
+        bands = Bands(plan.rear_m, plan.ahead_m - OVERLAP_M)
+        # Who has not been planned for is sent nothing, and stays or stops by what it has.
+        inside_m = overlaps_m(bands, state.present, self._there_m(state, reports), self._layers)
+        return not (inside_m[plan.planned] > 0.0).any()
+
+    def _there_m(self, state: LineState, reports: Reports) -> FloatArray:
+        """Return what bands reach whatever is planned: trains have run on since their reports."""
+        age_s = np.clip(state.time_s - reports.known_s, 0.0, UPDATE_S * COMMANDS)
+        now_m = reports.front_m + age_s * reports.speed_mps
+        anywhere_m, now = np.full_like(now_m, np.inf), np.newaxis
+        own_m = limits_m(now_m[:, now], reports.speed_mps[:, now], anywhere_m, self._figures, 0.0)
+        return own_m[:, 0] + self._options.margin_m
+
+    def _obstructions(self, state: LineState) -> Obstructions:
+        beside = state.wayside
+        section = np.full(beside.start_m.size, -1, dtype=np.intp)
+        section[: len(self._points)] = self._points[: section.size]
+        strike_in_m = np.full(beside.start_m.size, -np.inf)
+        crossings = slice(len(self._points), len(self._points) + len(self._strike_in_m))
+        strike_in_m[crossings] = self._strike_in_m[: strike_in_m[crossings].size]
+        return Obstructions(
+            beside.start_m,
+            beside.end_m,
+            beside.from_s,
+            beside.until_s,
+            section,
+            strike_in_m,
+            beside.concerns,
+        )

@@ -1,0 +1,296 @@
+"""
+Any centre's limits over radio: worked out from reports, sent in telegrams, kept on board.
+
+Once a cycle the centre asks a protection for limits, of the line as it knows it: trains by
+their last reports, points and obstructions by wire. Each train goes by the limit of the
+telegram that it has heard last, and watches over line limits itself. Commands are valid for
+five seconds, so that three telegrams in a row may be lost; a train that loses the fourth,
+too, brakes in emergency until it stands and has commands again (Sugiyama 2018, section 3.1.3).
+
+A limit that was sent once stays safe, whatever is lost or late after it. It counts on no more
+than where the train ahead was when it last reported, and trains never go back; points that are
+granted stay so until the train has passed. So an older limit than the last one only lies nearer,
+and a train needs no message to stay safe. Only an obstruction can take a limit back: what a train
+may still go by is in :attr:`railway.state.Link.covered_m`, until all trains have acknowledged
+commands that were made with the obstruction (section 3.2.3 (2)).
+"""
+
+import math
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from controllers.protection.ceiling import LineCeiling
+from controllers.reports import Reports, emergency, no_reports, radio_of, take_reports
+from railway.arrays import BoolArray, FloatArray
+from railway.compiled import compiled, plain
+from railway.control import Foresight, Protection, Separation
+from railway.radio import TOLERANCE_S, RadioSpec, RadioState
+from railway.state import Authority, LineState, Link
+from railway.world import World
+
+HORIZON_S = 5.0
+"""For how long commands are valid after they are sent (Sugiyama 2018, section 3.1.3). [s]"""
+
+
+class Centre(Protection[Any], Foresight, Protocol):
+    """A protection whose limits are a centre's matter, and whose ceilings are the line's."""
+
+    ceiling: LineCeiling
+
+    @property
+    def separation(self) -> Separation:
+        """What keeps its trains apart."""
+        ...
+
+
+class Telegrams(NamedTuple):
+    """Limits of the last telegrams, in slots that are written in turn."""
+
+    sent_s: FloatArray
+    """-inf for an empty slot. [s], shape (n_slots,)"""
+    limit_m: FloatArray
+    """Shape (n_slots, n_trains). [m]"""
+    older_s: float
+    """When the last one was sent that is forgotten, but may not be replaced everywhere. [s]"""
+    older_m: FloatArray
+    """The furthest limits of all those. [m], shape (n_trains,)"""
+
+
+class OnAir(NamedTuple):
+    """What centre and trains remember."""
+
+    inner: Any
+    """The memory of the centre's protection."""
+    delay_s: FloatArray
+    """The delays of its authorities. [s], shape (n_trains,)"""
+    reports: Reports
+    telegrams: Telegrams
+    next_s: float
+    """When the next telegrams are sent. [s]"""
+    heard: tuple[RadioState | None, BoolArray | None]
+    """The radio and the trains on the line for which the rest was worked out."""
+    limit_m: FloatArray
+    """The limits that trains go by. [m], shape (n_trains,)"""
+    covered_m: FloatArray
+    """See :attr:`railway.state.Link.covered_m`. [m], shape (n_trains,)"""
+    emergency: BoolArray
+    """Trains that brake in emergency. shape (n_trains,)"""
+
+
+class OverRadio:
+    """A protection whose limits reach the trains by radio."""
+
+    def __init__(self, inner: Centre, world: World, radio: RadioSpec) -> None:
+        self._inner, self._world, self._radio = inner, world, radio
+        self.separation = inner.separation
+        self.profile = inner.profile
+        self.delay_s = inner.delay_s
+        self.idle_time_s = inner.idle_time_s
+        self.release_delay_s = inner.release_delay_s + normal_age_s(radio)
+        self._nothing_commanded = np.full(world.size, np.inf)
+        # Whatever a train may still hear, or go by when it hears it, is remembered.
+        self._slots = math.ceil((HORIZON_S + radio.delay_most_s) / radio.cycle_s) + 2
+
+    def initial(self) -> OnAir:
+        """
+        Return the memory before the first step.
+
+        Returns
+        -------
+        OnAir
+            Nobody has said anything: all trains are to stay at their origin.
+        """
+        size, slots = self._world.size, self._slots
+        nowhere = np.full(size, -np.inf)
+        return OnAir(
+            self._inner.initial(),
+            np.full(size, self.delay_s),
+            no_reports(self._world),
+            Telegrams(np.full(slots, -np.inf), np.full((slots, size), -np.inf), -np.inf, nowhere),
+            -np.inf,
+            (None, None),
+            self._world.stop_m[:, 0].copy(),
+            nowhere,
+            np.zeros(size, dtype=np.bool_),
+        )
+
+    def authorise(self, state: LineState, memory: OnAir) -> tuple[Authority, OnAir]:
+        """
+        Return the authority of every train.
+
+        Parameters
+        ----------
+        state
+            The line.
+        memory
+            What centre and trains remember.
+
+        Returns
+        -------
+        tuple[Authority, OnAir]
+            Limits of the telegrams last heard, ceilings worked out on board, who brakes in
+            emergency, and the next memory.
+        """
+        radio, present = radio_of(state), state.present
+        reports = take_reports(memory.reports, state, radio, self._radio)
+        sends = state.time_s + TOLERANCE_S >= memory.next_s
+        if sends:
+            memory = self._send(state, memory._replace(reports=reports), radio)
+        limit_m, covered_m = memory.limit_m, memory.covered_m
+        if sends or radio is not memory.heard[0] or present is not memory.heard[1]:
+            limit_m, covered_m = _hear(
+                radio.heard_s, radio.acknowledged_s, present, plain(memory.telegrams), limit_m
+            )
+        brakes = emergency(memory.emergency, state, radio.heard_s, HORIZON_S)
+        authority = Authority(
+            limit_m,
+            self._inner.ceiling.ahead_mps(state),
+            memory.delay_s,
+            Link(brakes, self._nothing_commanded, covered_m),
+        )
+        return authority, OnAir(
+            memory.inner,
+            memory.delay_s,
+            reports,
+            memory.telegrams,
+            memory.next_s,
+            (radio, present),
+            limit_m,
+            covered_m,
+            brakes,
+        )
+
+    def _send(self, state: LineState, memory: OnAir, radio: RadioState) -> OnAir:
+        """Let the centre work out limits from what it knows, and send them."""
+        tail_m = memory.reports.front_m - self._world.length_m
+        rear_m = np.where(state.follows, tail_m[state.leader], np.inf)
+        known = state._replace(
+            front_m=memory.reports.front_m,
+            tail_m=tail_m,
+            speed_mps=memory.reports.speed_mps,
+            clear_to_m=np.minimum(state.granted_m, rear_m),
+        )
+        authority, inner = self._inner.authorise(known, memory.inner)
+        # Nothing is sent to a train that is not on the line.
+        limit_m = np.where(state.present, authority.limit_m, -np.inf)
+        sent_s = self._radio.last_telegram_s(state.time_s)
+        telegrams = _replaced(memory.telegrams, radio, state.present)
+        return memory._replace(
+            inner=inner,
+            delay_s=authority.delay_s,
+            telegrams=_added(telegrams, sent_s, limit_m),
+            next_s=sent_s + self._radio.cycle_s,
+        )
+
+    def limit_behind_m(
+        self,
+        row: int,
+        call: int,
+        leader: int,
+        leader_front_m: FloatArray,
+        leader_speed_mps: FloatArray,
+    ) -> FloatArray:
+        """
+        Return the limits of a train behind its leader, once it has heard of them.
+
+        Parameters
+        ----------
+        row
+            The train.
+        call
+            Its next call.
+        leader
+            Row of its leader, which goes or stands on its way.
+        leader_front_m
+            Where the leader's front may be. [m], shape (n_places,)
+        leader_speed_mps
+            Its speed there. [m/s], shape (n_places,)
+
+        Returns
+        -------
+        FloatArray
+            The front must be able to stop before this. [m], shape (n_places,)
+        """
+        return self._inner.limit_behind_m(row, call, leader, leader_front_m, leader_speed_mps)
+
+    def permitted_mps(self, row: int, front_m: FloatArray, limit_m: FloatArray) -> FloatArray:
+        """
+        Return the speed that is permitted to a front under a limit that stays.
+
+        Parameters
+        ----------
+        row
+            The train.
+        front_m
+            Places of its front. [m], shape (n_places,)
+        limit_m
+            Its limits. [m], shape (n_places,)
+
+        Returns
+        -------
+        FloatArray
+            Speeds. [m/s], shape (n_places,)
+        """
+        return self._inner.permitted_mps(row, front_m, limit_m)
+
+
+def normal_age_s(radio: RadioSpec) -> float:
+    """
+    Return how old the report can be that a limit counts on if nothing is lost.
+
+    Parameters
+    ----------
+    radio
+        The radio.
+
+    Returns
+    -------
+    float
+        At the end of the time for which a train goes by one telegram. [s]
+    """
+    # The report that has surely arrived when a telegram is sent is so many cycles and a half old.
+    cycles = max(math.ceil(radio.delay_most_s / radio.cycle_s - 0.5), 0)
+    return (cycles + 1.5) * radio.cycle_s + radio.delay_most_s
+
+
+def _added(telegrams: Telegrams, sent_s: float, limit_m: FloatArray) -> Telegrams:
+    """Return the last telegrams and a new one."""
+    slot = int(telegrams.sent_s.argmin())
+    times_s, limits_m = telegrams.sent_s.copy(), telegrams.limit_m.copy()
+    older_s, older_m = float(times_s[slot]), np.maximum(telegrams.older_m, limits_m[slot])
+    times_s[slot], limits_m[slot] = sent_s, limit_m
+    return Telegrams(times_s, limits_m, older_s, older_m)
+
+
+def _replaced(telegrams: Telegrams, radio: RadioState, present: BoolArray) -> Telegrams:
+    """Return telegrams without those older ones that nobody goes by any more."""
+    if telegrams.older_s >= radio.acknowledged_s.min(initial=np.inf, where=present):
+        return telegrams
+    return telegrams._replace(older_m=np.full_like(telegrams.older_m, -np.inf))
+
+
+@compiled
+def _hear(
+    heard_s: FloatArray,
+    acknowledged_s: FloatArray,
+    present: BoolArray,
+    fields: tuple[FloatArray, FloatArray, float, FloatArray],
+    held_m: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Return by what limits trains go, and which ones they may still go by."""
+    sent_s, sent_m, older_s, older_m = fields
+    effective_s = np.inf
+    for train in range(heard_s.size):
+        if present[train]:
+            effective_s = min(effective_s, acknowledged_s[train])
+    limit_m, covered_m = held_m.copy(), np.full(held_m.size, -np.inf)
+    if older_s >= effective_s:
+        covered_m[:] = older_m
+    for slot in range(sent_s.size):
+        for train in range(heard_s.size):
+            if sent_s[slot] == heard_s[train] and heard_s[train] > -np.inf:
+                limit_m[train] = sent_m[slot, train]
+            if sent_s[slot] >= effective_s:
+                covered_m[train] = max(covered_m[train], sent_m[slot, train])
+    return limit_m, covered_m
