@@ -10,6 +10,7 @@ from scenarios.schema import (
     BaliseRow,
     BlockRow,
     CircuitRow,
+    CrossingRow,
     CurveRow,
     GeometryRow,
     GradientRow,
@@ -32,6 +33,7 @@ class LineTables:
     tracks: Table[TrackRow]
     platforms: Table[PlatformRow]
     turnouts: Table[TurnoutRow]
+    crossings: Table[CrossingRow]
     limits: Table[LimitRow]
     gradients: Table[GradientRow]
     curves: Table[CurveRow]
@@ -80,7 +82,11 @@ def line_faults(line: LineTables) -> list[Fault]:
 
 
 def duplicates(
-    table: Table[StationRow] | Table[TrackRow] | Table[BlockRow] | Table[CircuitRow],
+    table: Table[StationRow]
+    | Table[TrackRow]
+    | Table[CrossingRow]
+    | Table[BlockRow]
+    | Table[CircuitRow],
 ) -> list[Fault]:
     """
     Return a fault for every identifier that occurs a second time.
@@ -105,7 +111,20 @@ def duplicates(
     return faults
 
 
-def _same(one_km: float, other_km: float) -> bool:
+def same(one_km: float, other_km: float) -> bool:
+    """
+    Return whether two chainages are the same but for rounding.
+
+    Parameters
+    ----------
+    one_km, other_km
+        The chainages. [km]
+
+    Returns
+    -------
+    bool
+        Whether they are.
+    """
     return abs(one_km - other_km) < TOLERANCE_KM
 
 
@@ -141,7 +160,7 @@ def _track_faults(line: LineTables) -> list[Fault]:
         for track in tracks[1:]:
             for column in ("start_km", "end_km"):
                 wanted = getattr(first, column)
-                if not _same(getattr(track, column), wanted):
+                if not same(getattr(track, column), wanted):
                     problem = f"differs from the parallel track {first.id!r}"
                     faults.append(table.fault(track, column, problem, f"{wanted:g}"))
     leading = [tracks[0] for tracks in line.sections]
@@ -208,7 +227,7 @@ def _turnout_faults(line: LineTables) -> list[Fault]:
     boundaries = list(pairwise(line.sections))
     standing = []
     for row in table:
-        here = [pair for pair in boundaries if _same(pair[1][0].start_km, row.position_km)]
+        here = [pair for pair in boundaries if same(pair[1][0].start_km, row.position_km)]
         if not here or len(here[0][0]) == len(here[0][1]) == 1:
             places = [f"{b[0].start_km:g}" for a, b in boundaries if max(len(a), len(b)) > 1]
             problem = f"no tracks join or part at {row.position_km:g}"
@@ -220,7 +239,7 @@ def _turnout_faults(line: LineTables) -> list[Fault]:
     if table.complete:
         for before, after in boundaries:
             position_km = after[0].start_km
-            count = sum(_same(position_km, where) for where in standing)
+            count = sum(same(position_km, where) for where in standing)
             if len(before) != len(after) and count == 0:
                 problem = (
                     f"no turnout at {position_km:g}, where {len(before)} tracks become {len(after)}"
@@ -274,7 +293,7 @@ def _block_faults(line: LineTables) -> list[Fault]:
             continue
         for row, column in ((mine[0], "start_km"), (mine[-1], "end_km")):
             wanted = getattr(track, column)
-            if not _same(getattr(row, column), wanted):
+            if not same(getattr(row, column), wanted):
                 problem = f"the blocks do not reach from end to end of track {track.id!r}"
                 faults.append(table.fault(row, column, problem, f"{wanted:g}"))
     return faults
@@ -302,7 +321,7 @@ def _circuit_faults(line: LineTables) -> list[Fault]:
             continue
         for row, column in ((mine[0], "start_km"), (mine[-1], "end_km")):
             wanted = getattr(block, column)
-            if not _same(getattr(row, column), wanted):
+            if not same(getattr(row, column), wanted):
                 problem = f"the circuits do not reach from end to end of block {block.id!r}"
                 faults.append(table.fault(row, column, problem, f"{wanted:g}"))
     return faults

@@ -10,6 +10,7 @@ from scenarios.schema import (
     CallRow,
     Controller,
     QuantileRow,
+    RadioEntry,
     RollingStockFile,
     ScenarioFile,
     SweepEntry,
@@ -117,6 +118,40 @@ def _layer_problems(controller: Controller) -> Iterator[tuple[str, str]]:
         if controller.peer is not None:
             named = (key, options)
             yield from ((name, "stands beside peer") for name in named if getattr(controller, name))
+    if controller.peer is not None and controller.radio:
+        yield "radio", "stands beside peer"
+
+
+def radio_faults(settings: ScenarioFile, file: str) -> list[Fault]:
+    """
+    Return what is wrong with the times of the radio.
+
+    Parameters
+    ----------
+    settings
+        The main file.
+    file
+        Its name.
+
+    Returns
+    -------
+    list[Fault]
+        The faults.
+    """
+    used = any(controller.radio for controller in settings.controllers.values())
+    if settings.radio is None and not used:
+        return []
+    radio, faults = settings.radio or RadioEntry(), []
+    if radio.delay_most_s < radio.delay_least_s:
+        problem = f"{radio.delay_most_s:g} lies below delay_least_s"
+        allowed = f"from {radio.delay_least_s:g}"
+        faults.append(Fault(file, "radio.delay_most_s", problem, allowed))
+    # Commands are sent half a cycle after the reports, and nothing happens between two steps.
+    if round(5e5 * radio.cycle_s) % round(1e6 * settings.step_s):
+        problem = f"half of {radio.cycle_s:g} s is not a whole number of steps"
+        allowed = f"a multiple of {2.0 * settings.step_s:g} s"
+        faults.append(Fault(file, "radio.cycle_s", problem, allowed))
+    return faults
 
 
 def sweep_faults(settings: ScenarioFile, file: str) -> list[Fault]:

@@ -5,7 +5,7 @@ import hashlib
 import io
 import re
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -153,13 +153,13 @@ class Reader:
         cells = [(row, line) for row, line in stripped if any(line)]
         if not cells:
             self._fault(path, "row 1", "the file is empty", ",".join(columns(model)))
-        elif self._header_is_good(path, cells[0][1], columns(model)):
+        elif self._header_is_good(path, cells[0][1], model):
             rows = self._rows(path, model, cells, optional=optional)
             return Table(path.name, rows, complete=len(self.faults) == known)
         return Table(path.name, complete=False)
 
-    def _header_is_good(self, path: Path, header: list[str], wanted: Sequence[str]) -> bool:
-        known = len(self.faults)
+    def _header_is_good(self, path: Path, header: list[str], model: type[Row]) -> bool:
+        known, wanted = len(self.faults), columns(model)
         for separator in (";", "\t"):
             if len(header) == 1 and separator in header[0]:
                 problem = f"fields are separated by {separator!r}"
@@ -176,7 +176,7 @@ class Reader:
                 )
             elif header.count(name) > 1:
                 self._fault(path, row_place(1, name), "occurs twice", ",".join(wanted))
-        for name in wanted:
+        for name in columns(model, required=True):
             if name not in header:
                 self._fault(path, row_place(1, name), "is missing", ",".join(wanted))
         return len(self.faults) == known

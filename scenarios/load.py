@@ -15,8 +15,8 @@ from railway.line import (
     SpeedLimit,
     Station,
     Track,
-    Turnout,
 )
+from railway.radio import LOSSLESS, RadioSpec
 from railway.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance
 from railway.scenario import ControllerSpec, Published, Scenario, Sweep
 from railway.timetable import Call, Service, Timetable
@@ -25,6 +25,7 @@ from scenarios.check_line import LineTables, line_faults
 from scenarios.check_settings import (
     controller_faults,
     delay_faults,
+    radio_faults,
     rolling_stock_faults,
     step_faults,
     sweep_faults,
@@ -37,8 +38,11 @@ from scenarios.check_timetable import (
     seconds,
     timetable_faults,
 )
+from scenarios.check_wayside import crossing_faults, disruption_faults
 from scenarios.faults import Fault, ScenarioError
 from scenarios.files import Reader, Table
+from scenarios.load_wayside import to_crossings, to_disruptions, to_turnouts
+from scenarios.units import metres
 
 MAIN_FILE = "scenario.toml"
 STOCK_FILE = "rolling_stock.toml"
@@ -70,17 +74,17 @@ def load(folder: Path) -> Scenario:
     stock = read_stock(reader, folders["rolling_stock"])
     timetable = _read_timetable(reader, folders["timetable"])
     quantiles = _read_quantiles(reader, folder, main)
-    reader.faults += line_faults(line) + timetable_faults(timetable, line, stock)
+    reader.faults += line_faults(line) + crossing_faults(line)
+    reader.faults += timetable_faults(timetable, line, stock)
+    reader.faults += disruption_faults(main, line, MAIN_FILE)
     reader.faults += delay_faults(main, quantiles, timetable)
     if reader.faults or main is None or stock is None:
         raise ScenarioError(tuple(dict.fromkeys(reader.faults)))
+    of_line = to_line(line, folders["line"].resolve().name)
     return Scenario(
         name=folder.resolve().name,
         title=main.title,
-        line=replace(
-            to_line(line, folders["line"].resolve().name),
-            release_delay_s=main.train_detection.release_delay_s,
-        ),
+        line=replace(of_line, release_delay_s=main.train_detection.release_delay_s),
         train_types=to_train_types(stock),
         timetable=_to_timetable(timetable, line),
         dwell_delays=_to_delays(main, quantiles, timetable),
@@ -91,6 +95,8 @@ def load(folder: Path) -> Scenario:
         digest=reader.digest,
         sweep=_to_sweep(main.sweep),
         published=_to_published(main.published),
+        radio=_to_radio(main.radio),
+        disruptions=to_disruptions(main, of_line),
     )
 
 
@@ -103,7 +109,7 @@ def _read_main(reader: Reader, folder: Path) -> tuple[schema.ScenarioFile | None
         main, faults = schema.check(schema.ScenarioFile, data, MAIN_FILE)
         reader.faults += faults
     if main:
-        for faults_of in (step_faults, controller_faults, sweep_faults):
+        for faults_of in (step_faults, controller_faults, radio_faults, sweep_faults):
             reader.faults += faults_of(main, MAIN_FILE)
     return main, {
         key: _folder(reader, folder, data.get(key, "."), key)
@@ -142,6 +148,7 @@ def read_line(reader: Reader, folder: Path) -> LineTables:
         tracks=reader.csv(folder / "tracks.csv", "line", schema.TrackRow),
         platforms=reader.csv(folder / "platforms.csv", "line", schema.PlatformRow),
         turnouts=reader.csv(folder / "turnouts.csv", "line", schema.TurnoutRow, optional=True),
+        crossings=reader.csv(folder / "crossings.csv", "line", schema.CrossingRow, optional=True),
         limits=reader.csv(folder / "limits.csv", "line", schema.LimitRow, optional=True),
         gradients=reader.csv(folder / "gradients.csv", "line", schema.GradientRow, optional=True),
         curves=reader.csv(folder / "curves.csv", "line", schema.CurveRow, optional=True),
@@ -216,54 +223,55 @@ def to_line(tables: LineTables, name: str) -> Line:
     return Line(
         name=name,
         stations=tuple(
-            Station(row.id, row.name, row.name_local, _m(row.chainage_km), row.lon_deg, row.lat_deg)
+            Station(
+                row.id, row.name, row.name_local, metres(row.chainage_km), row.lon_deg, row.lat_deg
+            )
             for row in tables.stations
         ),
         sections=tuple(_to_section(tracks) for tracks in tables.sections),
         platforms=tuple(
-            Platform(row.station, row.track, _m(row.start_km), _m(row.end_km), _m(row.stop_km))
+            Platform(
+                row.station,
+                row.track,
+                metres(row.start_km),
+                metres(row.end_km),
+                metres(row.stop_km),
+            )
             for row in tables.platforms
         ),
-        turnouts=tuple(
-            Turnout(row.id, _m(row.position_km), _m(row.fouling_start_km), _m(row.fouling_end_km))
-            for row in tables.turnouts
-        ),
+        turnouts=to_turnouts(tables),
         limits=tuple(
-            SpeedLimit(_m(row.start_km), _m(row.end_km), row.limit_kmh / 3.6)
+            SpeedLimit(metres(row.start_km), metres(row.end_km), row.limit_kmh / 3.6)
             for row in sorted(tables.limits, key=lambda row: row.start_km)
         ),
         gradients=tuple(
-            Gradient(_m(row.start_km), _m(row.end_km), row.gradient_permil / 1000.0)
+            Gradient(metres(row.start_km), metres(row.end_km), row.gradient_permil / 1000.0)
             for row in sorted(tables.gradients, key=lambda row: row.start_km)
         ),
         curves=tuple(
-            Curve(_m(row.start_km), _m(row.end_km), row.radius_m)
+            Curve(metres(row.start_km), metres(row.end_km), row.radius_m)
             for row in sorted(tables.curves, key=lambda row: row.start_km)
         ),
-        balises_m=tuple(_m(row.chainage_km) for row in tables.balises),
+        balises_m=tuple(metres(row.chainage_km) for row in tables.balises),
         blocks=_to_blocks(tables.blocks),
         circuits=_to_blocks(tables.circuits),
         geometry_lon_lat_deg=tuple(
-            (_m(row.chainage_km), row.lon_deg, row.lat_deg) for row in tables.geometry
+            (metres(row.chainage_km), row.lon_deg, row.lat_deg) for row in tables.geometry
         ),
+        crossings=to_crossings(tables),
     )
 
 
 def _to_blocks(rows: Iterable[schema.BlockRow]) -> tuple[Block, ...]:
     return tuple(
-        Block(row.id, row.track, _m(row.start_km), _m(row.end_km))
+        Block(row.id, row.track, metres(row.start_km), metres(row.end_km))
         for row in sorted(rows, key=lambda row: (row.start_km, row.row))
     )
 
 
 def _to_section(rows: Sequence[schema.TrackRow]) -> Section:
-    tracks = tuple(Track(row.id, _m(row.start_km), _m(row.end_km)) for row in rows)
+    tracks = tuple(Track(row.id, metres(row.start_km), metres(row.end_km)) for row in rows)
     return Section(tracks[0].start_m, tracks[0].end_m, tracks)
-
-
-def _m(chainage_km: float) -> float:
-    """Return metres; whole millimetres, so that equal chainages stay equal."""
-    return round(1000.0 * chainage_km, 3)
 
 
 def to_train_types(stock: schema.RollingStockFile) -> Mapping[str, TrainType]:
@@ -331,7 +339,7 @@ def _to_timetable(timetable: TimetableTables, line: LineTables) -> Timetable:
                     Call(
                         station=call.station,
                         track=call.track,
-                        stop_m=_m(stop_km[call.station, call.track]),
+                        stop_m=metres(stop_km[call.station, call.track]),
                         arrival_s=float(seconds(call.arrival)),
                         departure_s=float(seconds(call.departure)),
                         minimum_dwell_s=minimum_s[call.station],
@@ -373,8 +381,21 @@ def _to_controllers(main: schema.ScenarioFile) -> tuple[ControllerSpec, ...]:
             item.operation_options,
             item.peer,
             item.by_default,
+            item.radio,
         )
         for name, item in main.controllers.items()
+    )
+
+
+def _to_radio(entry: schema.RadioEntry | None) -> RadioSpec:
+    if entry is None:
+        return LOSSLESS
+    return RadioSpec(
+        cycle_s=entry.cycle_s,
+        delay_least_s=entry.delay_least_s,
+        delay_most_s=entry.delay_most_s,
+        loss_ratio=entry.loss_percent / 100.0,
+        burst_factor=entry.burst_factor,
     )
 
 

@@ -92,6 +92,7 @@ class Controller(_Checked):
     operation: OptionalName = None
     protection_options: dict[str, Option] = {}
     operation_options: dict[str, Option] = {}
+    radio: bool = False
     by_default: bool = True
 
 
@@ -108,6 +109,63 @@ class DetectionSettings(_Checked):
     """Train detection by track circuits."""
 
     release_delay_s: float = Field(1.0, ge=0.0, le=60.0)
+
+
+class RadioEntry(_Checked):
+    """The radio between the centre and the trains."""
+
+    cycle_s: float = Field(1.0, ge=0.1, le=2.0)
+    delay_least_s: float = Field(0.3, ge=0.0, le=2.0)
+    delay_most_s: float = Field(0.6, ge=0.0, le=2.0)
+    loss_percent: float = Field(0.0, ge=0.0, lt=100.0)
+    burst_factor: float = Field(1.0, ge=1.0, le=100.0)
+
+
+class WindowEntry(_Checked):
+    """Something that lasts from one time of day to another."""
+
+    from_: Clock = Field(alias="from")
+    to: Clock
+
+
+class ClosureEntry(WindowEntry):
+    """A closed stretch; all tracks between start and end where none are named."""
+
+    id: Name
+    tracks: tuple[Name, ...] = Field((), strict=False)
+    start_km: float = Field(ge=-1000.0, le=10000.0)
+    end_km: float = Field(ge=-1000.0, le=10000.0)
+
+
+class WorkZoneEntry(ClosureEntry):
+    """A work zone with its announced end, and when it is really released."""
+
+    released: Clock | None = Field(None, description=_CLOCK_TEXT)
+
+
+class EquipmentFaultEntry(ClosureEntry):
+    """Faulty equipment that closes a stretch of track at once."""
+
+
+class PointsFailureEntry(WindowEntry):
+    """Points that do not throw."""
+
+    turnout: Name
+
+
+class CrossingObstacleEntry(WindowEntry):
+    """Something that stands on a level crossing."""
+
+    crossing: Name
+
+
+class RandomDisruptions(_Checked):
+    """What goes wrong beside the track by chance."""
+
+    points_failure_percent: float = Field(0.0, ge=0.0, le=100.0)
+    points_repair_s: float = Field(300.0, gt=0.0, le=86400.0)
+    obstacle_percent: float = Field(0.0, ge=0.0, le=100.0)
+    obstacle_s: float = Field(60.0, gt=0.0, le=86400.0)
 
 
 class OverstayEntry(_Checked):
@@ -150,6 +208,12 @@ class ScenarioFile(_Checked):
     timetable: Text = "."
     dwell_delays: DwellSettings | None = None
     train_detection: DetectionSettings = DetectionSettings()
+    radio: RadioEntry | None = None
+    work_zones: tuple[WorkZoneEntry, ...] = Field((), strict=False)
+    equipment_faults: tuple[EquipmentFaultEntry, ...] = Field((), strict=False)
+    points_failures: tuple[PointsFailureEntry, ...] = Field((), strict=False)
+    crossing_obstacles: tuple[CrossingObstacleEntry, ...] = Field((), strict=False)
+    random_disruptions: RandomDisruptions = RandomDisruptions()
     overstays: tuple[OverstayEntry, ...] = Field((), strict=False)
     sweep: SweepEntry | None = None
     published: PublishedEntry | None = None
@@ -243,6 +307,16 @@ class TurnoutRow(Row):
     position_km: Kilometre
     fouling_start_km: Kilometre
     fouling_end_km: Kilometre
+    throw_s: Annotated[float, Cell, Field(ge=0.0, le=60.0)] = 0.0
+    proof_s: Annotated[float, Cell, Field(ge=0.0, le=60.0)] = 0.0
+
+
+class CrossingRow(StretchRow):
+    """A row of ``crossings.csv``."""
+
+    id: Name
+    strike_in_km: Kilometre
+    closing_s: Annotated[float, Cell, Field(ge=0.0, le=600.0)]
 
 
 class LimitRow(StretchRow):
@@ -321,7 +395,7 @@ class QuantileRow(Row):
     delay_s: Annotated[float, Cell, Field(ge=0.0, le=7200.0)]
 
 
-def columns(model: type[Row]) -> tuple[str, ...]:
+def columns(model: type[Row], *, required: bool = False) -> tuple[str, ...]:
     """
     Return the columns of a CSV file.
 
@@ -329,13 +403,18 @@ def columns(model: type[Row]) -> tuple[str, ...]:
     ----------
     model
         Its kind of row.
+    required
+        Leave out those that may be absent.
 
     Returns
     -------
     tuple[str, ...]
         Names of the columns.
     """
-    return tuple(name for name in model.model_fields if name != "row")
+    fields = model.model_fields.items()
+    return tuple(
+        name for name, field in fields if name != "row" and (field.is_required() or not required)
+    )
 
 
 def check(
@@ -397,7 +476,8 @@ def _model_within(annotation: object) -> type[BaseModel] | None:
 
 
 def _explain(owner: type[BaseModel] | None, key: str, kind: str, value: object) -> tuple[str, str]:
-    fields = owner.model_fields if owner else {}
+    named = owner.model_fields if owner else {}
+    fields = {field.alias or name: field for name, field in named.items()}
     if kind == "extra_forbidden":
         return f"unknown key {key!r}", meant(key, fields)
     allowed = _allowed(fields[key]) if key in fields else _OPTION_TEXT

@@ -1,0 +1,157 @@
+"""Cross-checks of level crossings, and of what goes wrong beside the track."""
+
+from collections.abc import Iterator, Sequence
+
+from scenarios.check_line import LineTables, duplicates, same
+from scenarios.check_timetable import seconds
+from scenarios.faults import Fault, meant
+from scenarios.schema import ClosureEntry, CrossingRow, ScenarioFile, WindowEntry, WorkZoneEntry
+
+HELD_BEFORE_KM = 0.1
+"""Trains stop no further before the crossing that they are kept out of, without blocks. [km]"""
+
+
+def crossing_faults(line: LineTables) -> list[Fault]:
+    """
+    Return everything that is wrong with the level crossings of a line.
+
+    Parameters
+    ----------
+    line
+        The files of the line.
+
+    Returns
+    -------
+    list[Fault]
+        The faults.
+    """
+    faults = duplicates(line.crossings)
+    for row in line.crossings:
+        faults += _place_faults(line, row) if row.end_km > row.start_km else []
+        if row.end_km <= row.start_km:
+            problem = f"{row.end_km:g} does not lie after start_km"
+            faults.append(line.crossings.fault(row, "end_km", problem, f"above {row.start_km:g}"))
+        latest_km = _latest_strike_in_km(line, row)
+        if row.strike_in_km > latest_km:
+            problem = f"a train kept out might stop before it comes to {row.strike_in_km:g}"
+            allowed = f"up to {latest_km:g}"
+            faults.append(line.crossings.fault(row, "strike_in_km", problem, allowed))
+        if line.extent_km and row.strike_in_km < line.extent_km[0]:
+            problem, allowed = "outside the line", f"from {line.extent_km[0]:g}"
+            faults.append(line.crossings.fault(row, "strike_in_km", problem, allowed))
+    return faults
+
+
+def _latest_strike_in_km(line: LineTables, row: CrossingRow) -> float:
+    """Return a place that every train comes to that is kept out of the crossing."""
+    own_km = [b.start_km for b in line.blocks if b.start_km <= row.start_km < b.end_km]
+    # Step by step braking may stop a train anywhere in the block before the crossing's own.
+    before_km = [b.start_km for b in line.blocks if own_km and same(b.end_km, min(own_km))]
+    return min((*own_km, *before_km, row.start_km - HELD_BEFORE_KM))
+
+
+def _place_faults(line: LineTables, row: CrossingRow) -> list[Fault]:
+    if not line.extent_km:
+        return []
+    table = line.crossings
+    inside = any(
+        tracks[0].start_km <= row.start_km and row.end_km <= tracks[0].end_km
+        for tracks in line.sections
+    )
+    if not inside:
+        problem = "the crossing does not lie within one section"
+        spans = ", ".join(f"{t[0].start_km:g} to {t[0].end_km:g}" for t in line.sections)
+        return [table.fault(row, "start_km", problem, f"within one of {spans}")]
+    return [
+        table.fault(
+            row,
+            "start_km",
+            f"the crossing lies in the fouling section of turnout {turnout.id!r}",
+            f"from {turnout.fouling_end_km:g} or ending by {turnout.fouling_start_km:g}",
+        )
+        for turnout in line.turnouts
+        if turnout.fouling_start_km < row.end_km and row.start_km < turnout.fouling_end_km
+    ]
+
+
+def disruption_faults(settings: ScenarioFile | None, line: LineTables, file: str) -> list[Fault]:
+    """
+    Return everything that is wrong with what goes wrong beside the track.
+
+    Parameters
+    ----------
+    settings
+        The main file; nothing if it has faults of its own.
+    line
+        The files of the line.
+    file
+        Name of the main file.
+
+    Returns
+    -------
+    list[Fault]
+        The faults.
+    """
+    if settings is None:
+        return []
+    faults = []
+    turnouts = [row.id for row in line.turnouts]
+    crossings = [row.id for row in line.crossings]
+    taken = {*turnouts, *crossings}
+    for key in ("work_zones", "equipment_faults"):
+        entries: Sequence[ClosureEntry] = getattr(settings, key)
+        for index, entry in enumerate(entries):
+            place = f"{key}.{index}"
+            if entry.id in taken:
+                problem, allowed = f"{entry.id!r} is taken already", "every id once"
+                faults.append(Fault(file, f"{place}.id", problem, allowed))
+            taken.add(entry.id)
+            found = (*_window_problems(entry), *_stretch_problems(entry, line))
+            faults += [Fault(file, f"{place}.{column}", *what) for column, *what in found]
+    named = (
+        ("points_failures", "turnout", turnouts, line.turnouts.complete),
+        ("crossing_obstacles", "crossing", crossings, line.crossings.complete),
+    )
+    for key, column, known, complete in named:
+        windows: Sequence[WindowEntry] = getattr(settings, key)
+        for index, window in enumerate(windows):
+            name = getattr(window, column)
+            if complete and name not in known:
+                problem, allowed = f"unknown {column} {name!r}", meant(name, known) or "none"
+                faults.append(Fault(file, f"{key}.{index}.{column}", problem, allowed))
+            faults += [
+                Fault(file, f"{key}.{index}.{at}", problem, allowed)
+                for at, problem, allowed in _window_problems(window)
+            ]
+    return faults
+
+
+def _window_problems(entry: WindowEntry) -> Iterator[tuple[str, str, str]]:
+    """Yield the key, what is wrong and what is allowed."""
+    ends = {"to": entry.to}
+    if isinstance(entry, WorkZoneEntry) and entry.released is not None:
+        ends["released"] = entry.released
+    for key, clock in ends.items():
+        if seconds(clock) <= seconds(entry.from_):
+            yield key, f"{clock} does not lie after from", f"after {entry.from_}"
+
+
+def _stretch_problems(entry: ClosureEntry, line: LineTables) -> Iterator[tuple[str, str, str]]:
+    """Yield the key, what is wrong and what is allowed."""
+    if entry.end_km <= entry.start_km:
+        yield "end_km", f"{entry.end_km:g} does not lie after start_km", f"above {entry.start_km:g}"
+    if not line.extent_km:
+        return
+    from_km, to_km = line.extent_km
+    for key in ("start_km", "end_km"):
+        value_km = getattr(entry, key)
+        if not from_km <= value_km <= to_km:
+            yield key, f"{value_km:g} lies outside the line", f"from {from_km:g} to {to_km:g}"
+    tracks = {track.id: track for track in line.tracks}
+    for name in entry.tracks:
+        track = tracks.get(name)
+        if track is None:
+            yield "tracks", f"unknown track {name!r}", meant(name, tracks)
+        elif not (track.start_km < entry.end_km and entry.start_km < track.end_km):
+            problem = f"track {name!r} does not lie between start_km and end_km"
+            yield "tracks", problem, f"tracks between {entry.start_km:g} and {entry.end_km:g}"
