@@ -106,7 +106,8 @@ def assess_capacity(
         msg = "--controller: nothing but peers; allowed: controllers with a protection"
         raise StudyError(msg)
     world = world_of(study.scenario, study.step_s)
-    built = {spec.name: foresight_of(controllers.build(spec, world)) for spec in specs}
+    radio = study.scenario.radio
+    built = {spec.name: foresight_of(controllers.build(spec, world, radio)) for spec in specs}
     first_alike = _first_alike(specs)
     headways = {
         spec.name: _technical(world, built[spec.name], row)[1]
@@ -170,7 +171,7 @@ def pattern_row(timetable: Timetable) -> int:
 def _first_alike(specs: Sequence[ControllerSpec]) -> dict[str, str]:
     """Return for each controller the first one with the same protection."""
     kinds = {spec.name: controllers.options_of(spec)["protection"] for spec in specs}
-    by_name = {spec.name: (spec.protection, kinds[spec.name]) for spec in specs}
+    by_name = {spec.name: (spec.protection, spec.radio, kinds[spec.name]) for spec in specs}
     names = list(by_name)
     return {
         name: next(other for other in names if by_name[other] == by_name[name]) for name in names
@@ -234,7 +235,7 @@ def assess_by_theory(study: Study, spec: ControllerSpec) -> Assessment:
         Nothing in it is simulated.
     """
     world = world_of(study.scenario, study.step_s)
-    controller = controllers.build(spec, world)
+    controller = controllers.build(spec, world, study.scenario.radio)
     row = pattern_row(study.scenario.timetable)
     service = study.scenario.timetable.services[row]
     foresight = foresight_of(controller)

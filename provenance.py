@@ -41,6 +41,7 @@ def provenance_of(study: "Study", result: "StudyResult", wall_s: float) -> Mappi
         "seeds": list(study.seeds),
         "sweep": asdict(sweep) if sweep else None,
         "step_s": study.step_s,
+        "radio": asdict(scenario.radio),
         "interrupted": result.interrupted,
         "controllers": {
             spec.name: {"peer": spec.peer}
@@ -48,6 +49,7 @@ def provenance_of(study: "Study", result: "StudyResult", wall_s: float) -> Mappi
             else {
                 "protection": spec.protection,
                 "operation": spec.operation,
+                "radio": spec.radio,
                 "options": controllers.options_of(spec),
             }
             for spec in study.specs

@@ -15,8 +15,16 @@ from typer.core import TyperCommand, TyperGroup
 
 import capacity
 import controllers
+import faults
 import study
-from analysis import capacity_texts, comparison, comparison_texts, headway_texts, sweep_texts
+from analysis import (
+    capacity_texts,
+    comparison,
+    comparison_texts,
+    fault_texts,
+    headway_texts,
+    sweep_texts,
+)
 from screen import (
     EXIT_BAD_INPUT,
     EXIT_INTERRUPTED,
@@ -38,7 +46,8 @@ SEED_MAX = 2**63 - 1
 COMPARE = "compare"
 """The command that need not be named."""
 OTHERS = """Other commands: python run.py capacity {scenario} tells how close trains can follow
-each other; python run.py capacity --help."""
+each other; python run.py faults {scenario} what faults do to a control map; python run.py
+capacity --help."""
 
 
 class Commands(TyperGroup):
@@ -206,6 +215,50 @@ def show_capacity(
     header, rows = capacity_texts(found.capacity, names)
     show_side_by_side(header, rows, kept=1, shown=SIDE_BY_SIDE)
     answers.print(f"Results: {found.folder}", soft_wrap=True)
+
+
+@app.command("faults")
+def show_faults(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
+    scenario: ScenarioFolder,
+    controller: Annotated[
+        str, typer.Option(help="Controller of the scenario with the protection control_map.")
+    ] = faults.PROTECTION,
+    runs: Annotated[int, typer.Option(min=1, help="Runs, with one fault each.")] = 1000,
+    seed: Annotated[
+        int | None, typer.Option(min=0, max=SEED_MAX, help="Seed of faults, delays and radio.")
+    ] = None,
+    step: Step = None,
+    jobs: Jobs = PROCESSORS,
+    out: Out = OUT,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Start anew instead of continuing earlier runs.")
+    ] = False,
+) -> None:
+    """Let trains, equipment and the centre of a control map fail, one thing in each run."""
+    with refusals(scenario, out):
+        chosen = study.choose(scenario, names=(controller,), seed=seed, step_s=step, jobs=jobs)
+        campaign = faults.Campaign(chosen, runs, fresh)
+        with bars() as shown:
+            bar = shown.add_task("faults")
+            found = faults.run_campaign(
+                campaign, out, lambda done, total: shown.update(bar, completed=done, total=total)
+            )
+    header, rows = fault_texts(found.tables.table)
+    shown_table = Table(*header)
+    for column in shown_table.columns[-3:]:
+        column.justify = "right"
+    for row in rows:
+        shown_table.add_row(*map(escape, row))
+    answers.print(shown_table)
+    answers.print(f"Results: {found.tables.folder}", soft_wrap=True)
+    if found.interrupted:
+        console.print("Interrupted: what was finished is kept; the same command continues.")
+    if found.unsafe:
+        console.print(f"[bold red]{len(found.unsafe)} runs with unsafe events[/]")
+        list_sentences(found.unsafe)
+        raise typer.Exit(EXIT_VIOLATION)
+    if found.interrupted:
+        raise typer.Exit(EXIT_INTERRUPTED)
 
 
 def _run(chosen: study.Study, out: Path) -> study.StudyResult:

@@ -28,6 +28,7 @@ from analysis import (
     write_run,
 )
 from provenance import provenance_of
+from railway.faults import Fault
 from railway.loop import simulate
 from railway.records import RunRecord
 from railway.scenario import ControllerSpec, Scenario
@@ -143,7 +144,7 @@ def world_of(scenario: Scenario, step_s: float) -> World:
     return build_world(scenario.line, scenario.train_types, scenario.timetable, step_s)
 
 
-def run_once(
+def run_once(  # noqa: PLR0913 - one argument per part of a run
     scenario: Scenario,
     spec: ControllerSpec,
     seed: int,
@@ -152,6 +153,7 @@ def run_once(
     gui: bool = False,
     progress: Callable[[float], None] = lambda _: None,
     wrap: Callable[[str, Any], Any] = lambda _, layer: layer,
+    faults: Sequence[Fault] | None = None,
 ) -> RunRecord:
     """
     Run one controller on SUMO.
@@ -173,6 +175,8 @@ def run_once(
     wrap
         Called with "engine", "protection", "operation" or "drive" and that layer; returns
         what stands in for it, for example something that measures it.
+    faults
+        What units and the centre do wrong; see :func:`railway.loop.simulate`.
 
     Returns
     -------
@@ -181,7 +185,7 @@ def run_once(
     """
     world = world_of(scenario, step_s)
     delays_s = scenario.dwell_delays.draw(scenario.timetable, seed)
-    bare = controllers.build(spec, world)
+    bare = controllers.build(spec, world, scenario.radio)
     controller = replace(
         bare,
         protection=wrap("protection", bare.protection),
@@ -201,6 +205,9 @@ def run_once(
                 delays_s,
                 seed=seed,
                 patience_s=scenario.patience_s,
+                disruptions=scenario.disruptions,
+                radio=scenario.radio,
+                faults=faults,
                 progress=progress,
             )
 
@@ -236,8 +243,8 @@ def run_study(study: Study, out: Path, progress: Progress = lambda *_: None) -> 
         msg = f"{target}: exists and holds no results of this program; choose another folder"
         raise FileExistsError(msg)
     world = world_of(study.scenario, study.step_s)
-    for spec in study.specs:
-        controllers.build(spec, world)
+    built = [controllers.build(spec, world, study.scenario.radio) for spec in study.specs]
+    by_radio = frozenset(controller.name for controller in built if controller.by_radio)
     result = StudyResult(target)
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=out, prefix=f".{study.scenario.name}-") as place:
@@ -253,10 +260,10 @@ def run_study(study: Study, out: Path, progress: Progress = lambda *_: None) -> 
         wall_s = time.perf_counter() - started
         if result.outcomes:
             try:
-                _publish(study, result, work, wall_s)
+                _publish(study, result, work, wall_s, by_radio)
             except KeyboardInterrupt:
                 result.interrupted = True
-                _publish(study, result, work, wall_s)
+                _publish(study, result, work, wall_s, by_radio)
             put_in_place(work, target, Path(place) / "earlier")
     return result
 
@@ -268,7 +275,9 @@ def _accept(folder: Path, unfinished: Path, work: Path) -> None:
     folder.replace(accepted)
 
 
-def _publish(study: Study, result: StudyResult, work: Path, wall_s: float) -> None:
+def _publish(
+    study: Study, result: StudyResult, work: Path, wall_s: float, by_radio: frozenset[str]
+) -> None:
     # Without a sweep the tables say that no train was delayed.
     ran = [(outcome.task, outcome.task.initial_delay_s or 0.0) for outcome in result.outcomes]
     drawn_s = shown_delays_s([(task.controller, delay_s) for task, delay_s in ran])
@@ -283,7 +292,9 @@ def _publish(study: Study, result: StudyResult, work: Path, wall_s: float) -> No
         for task, delay_s in ran
     ]
     provenance = provenance_of(study, result, wall_s)
-    result.summary, result.sweep = publish(work, study.scenario, runs, provenance)
+    result.summary, result.sweep = publish(
+        work, study.scenario, runs, provenance, by_radio=by_radio
+    )
 
 
 def _folder_of(study: Study, task: Task, work: Path) -> Path:

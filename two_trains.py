@@ -68,7 +68,7 @@ def simulated_headway_s(
     steps = max(round(RESOLUTION_S / study.step_s), 1)
     unit_s = steps * study.step_s
     world = world_of(study.scenario, study.step_s)
-    profile = foresight_of(controllers.build(spec, world)).profile
+    profile = foresight_of(controllers.build(spec, world, study.scenario.radio)).profile
     journey = technical_journey(world, profile, row)
 
     def is_free(units: int) -> bool:

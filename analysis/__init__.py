@@ -10,6 +10,7 @@ from analysis.capacity import (
 from analysis.capacity_publishing import CapacityTables, is_capacity_folder, publish_capacity
 from analysis.compare import comparison, comparison_texts
 from analysis.delay import technical_run_times_s
+from analysis.faults import FaultTables, fault_texts, publish_faults
 from analysis.interval_diagram import interval_figure
 from analysis.publishing import Findings, publish, put_in_place
 from analysis.results import Results, is_results_folder, read_results, run_folder
@@ -32,6 +33,7 @@ __all__ = [
     "Assessment",
     "CapacityTables",
     "Curve",
+    "FaultTables",
     "Findings",
     "Occupation",
     "Panel",
@@ -42,6 +44,7 @@ __all__ = [
     "capacity_texts",
     "comparison",
     "comparison_texts",
+    "fault_texts",
     "follower_panels",
     "headway_margin_s",
     "headway_texts",
@@ -51,6 +54,7 @@ __all__ = [
     "measured_frame",
     "publish",
     "publish_capacity",
+    "publish_faults",
     "put_in_place",
     "read_intervals",
     "read_results",

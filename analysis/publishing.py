@@ -1,14 +1,16 @@
 """Everything of a results folder beside the raw tables: summary, figures, report."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
 from matplotlib.figure import Figure
 
+from analysis.control_map import control_map_figure
 from analysis.figures import write_figure
 from analysis.interval_diagram import interval_figure
+from analysis.map_window import window_of
 from analysis.report import report_text
 from analysis.results import (
     COLUMNS,
@@ -51,12 +53,14 @@ def publish(
     scenario: Scenario,
     runs: Sequence[RunTables],
     provenance: Mapping[str, Any],
+    *,
+    by_radio: Collection[str] = (),
 ) -> Findings:
     """
     Write summary, stations, columns, provenance, figures and report.
 
     A sweep has two tables and two figures of its own; the other figures and the report show
-    the greatest initial delay.
+    the greatest initial delay. Controllers by radio have a control map in their folders.
 
     The raw tables are written before, run by run, with :func:`analysis.tables.write_run`.
 
@@ -72,6 +76,8 @@ def publish(
         they need their trajectories.
     provenance
         What was run; anything that JSON can hold.
+    by_radio
+        Names of the controllers whose trains take their commands by radio.
 
     Returns
     -------
@@ -97,6 +103,7 @@ def publish(
     drawn = [run for run in runs if run.seed == runs[0].seed and run.initial_delay_s in drawn_s]
     shown = [run for run in drawn if run.initial_delay_s == drawn_s[-1]]
     figures = _figures(scenario, findings.sweep, drawn, shown, stations)
+    figures |= _maps(scenario, [run for run in shown if run.controller in by_radio], stations)
     for name, figure in figures.items():
         write_figure(figure, folder / name)
     images = [f"{name}.png" for name in figures]
@@ -164,3 +171,14 @@ def _figures(
     if worst_moment(shown[0]) is not None:
         figures["zoom"] = zoom_figure(shown, stations)
     return figures
+
+
+def _maps(
+    scenario: Scenario, runs: Sequence[RunTables], stations: pd.DataFrame
+) -> dict[str, Figure]:
+    """Return the control maps of runs by their places in the results folder."""
+    return {
+        f"{run.controller}/control_map": control_map_figure(run, scenario, stations, window)
+        for run in runs
+        if (window := window_of(run, scenario)) is not None
+    }

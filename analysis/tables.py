@@ -14,7 +14,7 @@ from analysis.energy import energy_frame
 from analysis.interstation import stops_frame
 from analysis.schema import csv_text, read_csv, rows_frame, typed_frame, write_whole
 from railway.arrays import FloatArray
-from railway.records import CALLS, RAW_TABLES, TRAJECTORY, VIOLATIONS, RunRecord
+from railway.records import CALLS, OBSTRUCTIONS, RAW_TABLES, TRAJECTORY, VIOLATIONS, RunRecord
 from railway.state import Reason
 
 DWELLING = "dwelling"
@@ -33,6 +33,7 @@ class RunTables:
     interstation_stops: pd.DataFrame
     energy: pd.DataFrame
     violations: pd.DataFrame
+    obstructions: pd.DataFrame
     initial_delay_s: float = 0.0
     """By how much the train of a sweep overstays; 0 without a sweep. [s]"""
 
@@ -74,6 +75,7 @@ def run_tables(
         interstation_stops=stops_frame(record),
         energy=energy_frame(record),
         violations=_violations_frame(record),
+        obstructions=_obstructions_frame(record),
         initial_delay_s=initial_delay_s,
     )
 
@@ -141,6 +143,7 @@ def _trajectory_frame(record: RunRecord) -> pd.DataFrame:
             "train": trains.take(samples.row),
             "front_m": samples.front_m,
             "speed_mps": samples.speed_mps,
+            "limit_m": samples.limit_m,
             "track": pd.array(track_ids, dtype="str").take(track),
             "reason": pd.array(list(REASONS), dtype="str").take(
                 np.where(samples.reason < 0, REASONS.index(DWELLING), samples.reason)
@@ -162,6 +165,22 @@ def _violations_frame(record: RunRecord) -> pd.DataFrame:
             "message": [violation.message for violation in found],
         },
         VIOLATIONS,
+    )
+
+
+def _obstructions_frame(record: RunRecord) -> pd.DataFrame:
+    found = record.obstructions
+    return typed_frame(
+        {
+            "obstruction": [item.id for item in found],
+            "cause": [item.cause.value for item in found],
+            "tracks": [" ".join(item.tracks) for item in found],
+            **{
+                name: [getattr(item, name) for item in found]
+                for name in ("start_m", "end_m", "requested_s", "established_s", "lifted_s")
+            },
+        },
+        OBSTRUCTIONS,
     )
 
 

@@ -1,0 +1,444 @@
+"""
+Fault campaign: the failure modes of a control map, one by one and a thousand times.
+
+Every run has one fault of one unit; it is compared with a run of the same seed without any.
+``run.py faults`` gives this a command line.
+"""
+
+import json
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+import controllers
+from analysis import FaultTables, publish_faults
+from controllers.control_map.measuring import CENTRE_ROW, Notice
+from controllers.control_map.wrong_maps import WrongMaps
+from controllers.protection.control_map import ControlMapOptions, Memory
+from provenance import provenance_of
+from railway.faults import Fault, FaultKind, Variant
+from railway.random_faults import draw_fault
+from railway.records import RunRecord
+from railway.scenario import ControllerSpec
+from railway.state import Authority, LineState, Reason
+from study import Study, StudyError, StudyResult, run_once, world_of
+from workers import in_processes
+
+VERSION = 1
+"""Of what a run of the campaign is; runs of another one are not continued."""
+SEEDS = 20
+"""Days that the faults are spread over. [-]"""
+STOP_S = 1.0
+"""Shorter standstills do not count, as elsewhere. [s]"""
+AFTER_S = 30.0
+"""A brake this long after a fault may still be a reaction to it. [s]"""
+BASELINE = -1
+JOURNAL = "journal.jsonl"
+PROTECTION = "control_map"
+
+Finding: TypeAlias = dict[str, Any]
+"""What is found out in a run, as the journal keeps it."""
+Progress: TypeAlias = Callable[[int, int], None]
+"""Called with the number of finished runs, and of all."""
+
+FINDERS: Mapping[Variant, frozenset[Notice]] = {
+    Variant.SLIDE: frozenset({Notice.WHEELS, Notice.BALISE}),
+    Variant.SLIP: frozenset({Notice.WHEELS, Notice.BALISE}),
+    Variant.WHEEL: frozenset({Notice.WHEELS, Notice.BALISE}),
+    Variant.JUMP: frozenset({Notice.TRAIN_STAMP, Notice.REPORT_STAMP, Notice.NO_COMMANDS}),
+    Variant.DRIFT: frozenset({Notice.TRAIN_STAMP, Notice.REPORT_STAMP, Notice.NO_COMMANDS}),
+    Variant.UP: frozenset({Notice.NO_REPORT}),
+    Variant.DOWN: frozenset({Notice.NO_COMMANDS}),
+    Variant.BOTH: frozenset({Notice.NO_REPORT, Notice.NO_COMMANDS}),
+    Variant.BAND: frozenset({Notice.EXCLUSION}),
+    Variant.LEFT_OUT: frozenset({Notice.EXCLUSION, Notice.NO_COMMANDS}),
+    Variant.RUN: frozenset({Notice.EXCLUSION}),
+    Variant.IGNORED: frozenset({Notice.EXCLUSION}),
+    Variant.CENTRE_JUMP: frozenset({Notice.CENTRE_CLOCK}),
+    Variant.CENTRE_SILENT: frozenset({Notice.NO_COMMANDS}),
+}
+"""Whose alarms find a fault; equipment finds its own at once."""
+
+
+class Task(NamedTuple):
+    """One run of the campaign."""
+
+    number: int
+    """:data:`BASELINE` for the run of a seed without fault."""
+    seed: int
+
+
+@dataclass(frozen=True, slots=True)
+class Campaign:
+    """What to run."""
+
+    study: Study
+    runs: int
+    fresh: bool = False
+    """Forget what is in the journal."""
+
+    @property
+    def spec(self) -> ControllerSpec:
+        """The controller."""
+        return self.study.specs[0]
+
+    @property
+    def tasks(self) -> tuple[Task, ...]:
+        """Runs without fault first."""
+        first = self.study.seeds[0]
+        days = range(first, first + min(SEEDS, self.runs))
+        return tuple(Task(BASELINE, seed) for seed in days) + tuple(
+            Task(number, first + number % SEEDS) for number in range(self.runs)
+        )
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What a journal must agree in to be continued."""
+        scenario, spec = self.study.scenario, self.spec
+        return {
+            "version": VERSION,
+            "scenario": scenario.name,
+            "scenario_sha256": scenario.digest,
+            "seed": self.study.seeds[0],
+            "controller": spec.name,
+            "options": controllers.options_of(spec),
+            "step_s": self.study.step_s,
+        }
+
+
+class CampaignResult(NamedTuple):
+    """What is finished."""
+
+    tables: FaultTables
+    unsafe: list[str]
+    """Sentences about what was unsafe, run by run."""
+    interrupted: bool
+
+
+def run_campaign(
+    campaign: Campaign, out: Path, progress: Progress = lambda *_: None
+) -> CampaignResult:
+    """
+    Run a campaign, or what is missing of it, and write its tables.
+
+    Parameters
+    ----------
+    campaign
+        What to run.
+    out
+        Folder that will hold the results folder, named as the scenario with ``_faults``.
+    progress
+        Called when a run is finished.
+
+    Returns
+    -------
+    CampaignResult
+        What is finished, even if the user interrupts.
+
+    Raises
+    ------
+    StudyError
+        If there is not exactly one controller, it is no control map, or there is a journal of
+        another campaign.
+    FileExistsError
+        If something else stands where the results would go.
+    """
+    if len(campaign.study.specs) != 1 or campaign.spec.protection != PROTECTION:
+        chosen = ", ".join(spec.name for spec in campaign.study.specs)
+        msg = f"--controller: {chosen}; allowed: one with the protection {PROTECTION}"
+        raise StudyError(msg)
+    folder = out / f"{campaign.study.scenario.name}_faults"
+    if folder.exists() and any(folder.iterdir()) and not (folder / JOURNAL).is_file():
+        msg = f"{folder}: exists and holds no results of this program; choose another folder"
+        raise FileExistsError(msg)
+    started = time.perf_counter()
+    folder.mkdir(parents=True, exist_ok=True)
+    journal = Journal(folder / JOURNAL, campaign)
+    interrupted = False
+    try:
+        for finding in _findings(campaign, journal.missing(campaign.tasks)):
+            journal.add(finding)
+            progress(len(journal.done), len(campaign.tasks))
+    except KeyboardInterrupt:
+        interrupted = True
+    rows = journal.rows(campaign.tasks)
+    result = StudyResult(folder, interrupted=interrupted)
+    told = provenance_of(campaign.study, result, time.perf_counter() - started)
+    tables = publish_faults(folder, rows, {**told, "finished_runs": len(rows)})
+    unsafe = [
+        f"run {row['run']} ({row['variant']} of {row['unit']}): {row['first_event']}"
+        for row in rows
+        if row["unsafe_events"]
+    ]
+    return CampaignResult(tables, unsafe, interrupted)
+
+
+class Journal:
+    """What is finished of a campaign: a line of JSON each, the first one its settings."""
+
+    def __init__(self, file: Path, campaign: Campaign) -> None:
+        self._file = file
+        self.done: dict[Task, Finding] = {}
+        settings = campaign.settings
+        lines = [] if campaign.fresh or not file.exists() else file.read_bytes().splitlines(True)
+        # Who was killed while writing has left half a line.
+        whole = [line for line in lines if line.endswith(b"\n")]
+        if whole:
+            self._check(json.loads(whole[0]), settings)
+            findings = [json.loads(line) for line in whole[1:]]
+            tasks = set(campaign.tasks)
+            known = {Task(finding["number"], finding["seed"]): finding for finding in findings}
+            self.done = {task: finding for task, finding in known.items() if task in tasks}
+        else:
+            whole = [_line(settings)]
+        file.write_bytes(b"".join(whole))
+
+    def _check(self, found: Mapping[str, Any], settings: Mapping[str, Any]) -> None:
+        if found == settings:
+            return
+        other = ", ".join(key for key in settings if found.get(key) != settings[key])
+        msg = f"{self._file}: of another campaign ({other}); allowed: --fresh, to start anew"
+        raise StudyError(msg)
+
+    def missing(self, tasks: Sequence[Task]) -> tuple[Task, ...]:
+        """
+        Return what is not finished.
+
+        Parameters
+        ----------
+        tasks
+            What is to be.
+
+        Returns
+        -------
+        tuple[Task, ...]
+            In the same order.
+        """
+        return tuple(task for task in tasks if task not in self.done)
+
+    def add(self, finding: Finding) -> None:
+        """
+        Take note of a finished run.
+
+        Parameters
+        ----------
+        finding
+            What was found out.
+        """
+        with self._file.open("ab") as file:
+            file.write(_line(finding))
+        self.done[Task(finding["number"], finding["seed"])] = finding
+
+    def rows(self, tasks: Sequence[Task]) -> list[dict[str, Any]]:
+        """
+        Return the finished runs with a fault, against those without.
+
+        Parameters
+        ----------
+        tasks
+            What is to be run.
+
+        Returns
+        -------
+        list[dict[str, Any]]
+            Rows of the table ``fault_runs``.
+        """
+        return [
+            _row(self.done[task], self.done[baseline])
+            for task in tasks
+            if task.number != BASELINE
+            and task in self.done
+            and (baseline := Task(BASELINE, task.seed)) in self.done
+        ]
+
+
+def _line(values: Mapping[str, Any]) -> bytes:
+    return json.dumps(values).encode() + b"\n"
+
+
+def _row(finding: Finding, usual: Finding) -> dict[str, Any]:
+    after_s = finding["detected_after_s"]
+    return {
+        **{key: finding[key] for key in ("kind", "variant", "unit", "onset_s", "duration_s")},
+        "run": finding["number"],
+        "seed": finding["seed"],
+        "size": finding["size"],
+        "detection": finding["detection"],
+        "detected_after_s": np.nan if after_s is None else after_s,
+        "reaction": ", ".join(finding["reactions"]) or "none",
+        "trains_braked": len(set(finding["braked"]) - set(usual["braked"])),
+        "trains_stopped": len(set(finding["stopped"]) - set(usual["stopped"])),
+        "delay_caused_s": finding["delay_s"] - usual["delay_s"],
+        "unsafe_events": finding["unsafe_events"],
+        "first_event": finding["first_event"],
+    }
+
+
+def _findings(campaign: Campaign, tasks: Sequence[Task]) -> Iterator[Finding]:
+    perform = partial(_perform, campaign)
+    if campaign.study.jobs == 1 or len(tasks) <= 1:
+        for task in tasks:
+            yield perform(task, lambda _: None)
+    else:
+        with tempfile.TemporaryDirectory(prefix="kankaku-") as scratch:
+            jobs = campaign.study.jobs
+            yield from in_processes(perform, tasks, jobs, Path(scratch), lambda *_: None)
+
+
+def _perform(campaign: Campaign, task: Task, _: Callable[[float], None]) -> Finding:
+    study, spec = campaign.study, campaign.spec
+    world = world_of(study.scenario, study.step_s)
+    fault = None
+    if task.number != BASELINE:
+        fault = draw_fault(world, study.seeds[0], task.number)
+    witness = Witness()
+
+    def wrap(name: str, layer: Any) -> Any:  # noqa: ANN401 - any layer
+        if name != "protection":
+            return layer
+        if fault is not None and fault.kind is FaultKind.MAP:
+            options: dict[str, Any] = dict(spec.protection_options)
+            layer = WrongMaps(world, ControlMapOptions(**options), study.scenario.radio, fault)
+        return witness.watching(layer)
+
+    faults = () if fault is None else (fault,)
+    record = run_once(study.scenario, spec, task.seed, study.step_s, wrap=wrap, faults=faults)
+    return {**task._asdict(), **_measured(record), **(_about(fault, record, witness))}
+
+
+class Witness:
+    """Stands before a protection and remembers what it knew."""
+
+    def __init__(self) -> None:
+        self.last: Memory | None = None
+        self.widened = False
+        """A band was longer than usual."""
+        self._protection: Any = None
+
+    def watching(self, protection: Any) -> "Witness":  # noqa: ANN401 - a control map
+        """
+        Return itself in front of a protection.
+
+        Parameters
+        ----------
+        protection
+            A control map.
+
+        Returns
+        -------
+        Witness
+            Can be asked in its stead.
+        """
+        self._protection = protection
+        return self
+
+    def initial(self) -> Memory:
+        """Return the memory before the first step."""
+        memory: Memory = self._protection.initial()
+        return memory
+
+    def authorise(self, state: LineState, memory: Memory) -> tuple[Authority, Memory]:
+        """
+        Return the authority of every train.
+
+        Parameters
+        ----------
+        state
+            The line.
+        memory
+            From the step before.
+
+        Returns
+        -------
+        tuple[Authority, Memory]
+            The protection's.
+        """
+        authority, self.last = self._protection.authorise(state, memory)
+        self.widened = self.widened or bool(self.last.aboard.widened_m.any())
+        return authority, self.last
+
+
+def _measured(record: RunRecord) -> Finding:
+    """Return what is found out about any run."""
+    world, trains = record.world, record.world.timetable.trains
+    delay_s = record.arrival_s[:, 1:] - world.booked_arrival_s[:, 1:-1]
+    long = record.standstills.duration_s >= STOP_S
+    samples = record.trajectory
+    braked = (samples.reason == Reason.EMERGENCY) & (samples.speed_mps > 0.0)
+    events = record.violations
+    return {
+        "delay_s": float(np.nanmean(delay_s)),
+        "stopped": sorted({trains[row] for row in record.standstills.row[long].tolist()}),
+        "braked": sorted({trains[row] for row in samples.row[braked].tolist()}),
+        "unsafe_events": len(events),
+        "first_event": events[0].message if events else "",
+    }
+
+
+def _about(fault: Fault | None, record: RunRecord, witness: Witness) -> Finding:
+    """Return what became of a fault."""
+    if fault is None or witness.last is None:
+        return {}
+    detection, found_s = _detected(fault, record, witness.last)
+    return {
+        "kind": fault.kind.value,
+        "variant": fault.variant.value,
+        "unit": fault.unit,
+        "onset_s": fault.from_s,
+        "duration_s": fault.duration_s,
+        "size": fault.size,
+        "detection": detection,
+        "detected_after_s": None if found_s is None else found_s - fault.from_s,
+        "reactions": _reactions(fault, record, witness),
+    }
+
+
+def _detected(fault: Fault, record: RunRecord, memory: Memory) -> tuple[str, float | None]:
+    """Return what found a fault, and when. [s]"""
+    if fault.variant not in FINDERS:
+        found_s = [
+            item.established_s
+            for item in record.obstructions
+            if item.id == f"{fault.unit}: {fault.variant.value}"
+        ]
+        return ("the equipment itself", found_s[0]) if found_s else ("", None)
+    rows = {CENTRE_ROW}
+    trains = record.world.timetable.trains
+    if fault.unit in trains:
+        rows.add(trains.index(fault.unit))
+    for alarm in memory.aboard.alarms:
+        about = alarm.row in rows or fault.variant is Variant.CENTRE_SILENT
+        if about and alarm.notice in FINDERS[fault.variant] and alarm.time_s >= fault.from_s:
+            return alarm.notice.value, alarm.time_s
+    return "", None
+
+
+def _reactions(fault: Fault, record: RunRecord, witness: Witness) -> list[str]:
+    """Return what was done about a fault, in the words of the source's table 3."""
+    memory, samples = witness.last, record.trajectory
+    if memory is None:
+        return []
+    trains = record.world.timetable.trains
+    about = {trains.index(fault.unit)} if fault.unit in trains else set(range(len(trains)))
+    notices = {
+        alarm.notice
+        for alarm in memory.aboard.alarms
+        if alarm.time_s >= fault.from_s and alarm.row in about | {CENTRE_ROW}
+    }
+    during = (samples.time_s >= fault.from_s) & (samples.time_s < fault.until_s + AFTER_S)
+    braked = during & (samples.reason == Reason.EMERGENCY) & (samples.speed_mps > 0.0)
+    braked &= np.isin(samples.row, list(about))
+    done = {
+        "obstruction set": fault.variant in {Variant.STATE, Variant.EQUIPMENT},
+        "band widened": witness.widened or (fault.unit in trains and Notice.NO_REPORT in notices),
+        "nothing sent": bool(notices & {Notice.EXCLUSION, Notice.CENTRE_CLOCK}),
+        "emergency brake": bool(braked.any()),
+        "position corrected": Notice.BALISE in notices,
+    }
+    return [name for name, was_done in done.items() if was_done]
