@@ -5,7 +5,7 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity sakai takaoka test check format lint types contracts bench seeds steps limits readme clean
+.PHONY: rush-hour capacity sakai takaoka test check format lint types contracts bench seeds steps limits reserve losses readme clean
 
 rush-hour: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour
@@ -60,6 +60,14 @@ steps: $(READY)
 # How the gain depends on the longest dwell delay.
 limits: $(READY)
 	$(BIN)/python -m tools.limits
+
+# What the reserve of the control map brings and costs.
+reserve: $(READY)
+	$(BIN)/python -m tools.reserve
+
+# What lost telegrams cost under the control map and under the moving block by radio.
+losses: $(READY)
+	$(BIN)/python -m tools.losses
 
 # Writes the result tables of README.md from out/.
 readme: $(READY)

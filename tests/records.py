@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from railway.arrays import FloatArray
+from railway.obstructions import Obstruction
 from railway.records import EnergyAccount, RunRecord, Standstills, Trajectory, Violation
 from railway.state import Reason
 from railway.timetable import Call, Service
@@ -93,6 +94,7 @@ def make_record(
     dwell_delay_s: FloatArray | None = None,
     stands: Sequence[Stand] = (),
     violations: tuple[Violation, ...] = (),
+    obstructions: tuple[Obstruction, ...] = (),
     controller: str = "close_up",
     seed: int = 1,
     energy_j: float = 3.6e8,
@@ -112,6 +114,8 @@ def make_record(
         Standstills between stations.
     violations
         Safety invariants that did not hold.
+    obstructions
+        What was in the way beside the track.
     controller, seed
         What was run.
     energy_j
@@ -145,6 +149,7 @@ def make_record(
         ),
         energy=_energy(world, energy_j),
         violations=violations,
+        obstructions=obstructions,
         completed=np.isfinite(arrival_s[np.arange(world.size), world.call_count - 1]),
         train_steps=0,
     )
@@ -175,8 +180,16 @@ def _trajectory(
     time_s, rows, front_m, speed_mps, reason = (
         np.concatenate(part) for part in zip(*parts, strict=True)
     )
+    limit_m = front_m + 100.0
     order = np.lexsort((rows, time_s))
-    return Trajectory(time_s[order], rows[order], front_m[order], speed_mps[order], reason[order])
+    return Trajectory(
+        time_s[order],
+        rows[order],
+        front_m[order],
+        speed_mps[order],
+        limit_m[order],
+        reason[order],
+    )
 
 
 def _samples(

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from railway.obstructions import unobstructed
 from railway.state import Events, LineState
 from railway.world import World
 
@@ -58,4 +59,5 @@ def behind(
         arrival_s=np.full(2, 25_200.0),
         # Trains of such a state need not have run there from the one before.
         events=Events(cleared=(0,)),
+        wayside=unobstructed(2, world.far_m),
     )

@@ -28,6 +28,7 @@ from railway.scenario import Scenario
 from railway.state import Advice, Authority, LineState
 from scenarios import load
 from sumo_net.build import build, sumo_binary
+from tools.replanning import replanning_ms
 
 PROJECT = Path(__file__).parents[1]
 STEP_S = 0.1
@@ -39,6 +40,7 @@ CONTROLLERS = (
     "two_stage",
     "approach_point",
     "approach_point_exclusive",
+    "control_map",
 )
 PHASES = {
     "engine.observe": "observe",
@@ -256,6 +258,8 @@ def main() -> None:
             "planning_ms": planning_ms(scenario, name),
             "phase_shares": {phase: round(share, 3) for phase, share in shares.items()},
         }
+    # Its maps are the protection's, and made on a line full of trains.
+    figures["control_map"]["planning_ms"] = replanning_ms(scenario)
     baseline = figures["close_up"]
     figures["ratio_to_sumo"] = baseline["ratio_to_sumo"]
     figures["train_steps_per_s"] = baseline["train_steps_per_s"]

@@ -2,8 +2,8 @@
 Write the result tables of the documentation from ``out/``: ``make readme``.
 
 Reads what the make targets ``rush-hour``, ``capacity``, ``sakai``, ``takaoka``, ``seeds``,
-``limits``, ``steps`` and ``bench`` left, and replaces the text between ``<!-- name -->`` and
-``<!-- end -->``.
+``limits``, ``reserve``, ``losses``, ``steps`` and ``bench`` left, and replaces the text between
+``<!-- name -->`` and ``<!-- end -->``.
 """
 
 import json
@@ -33,6 +33,7 @@ SHOWN = (
     "energy_net_kwh",
 )
 PLAIN = ("close_up", "two_stage", "two_stage_plain", "approach_point")
+MAPPED = ("close_up", "two_stage", "control_map")
 EXCLUSIVE = ("close_up_exclusive", "approach_point_exclusive")
 PROTECTED = ("close_up", "atc", "atd", "sumo_native_fixed", "sumo_native_moving")
 ECO = ("energy_gross_kwh", "energy_net_kwh", "scheduled_speed_kmh")
@@ -51,6 +52,8 @@ FIGURES = {
     "rush_hour_capacity/stairway": "stairway",
     "sakai_case1/intervals": "intervals",
     "atd_headway/speed_distance": "atd_headway",
+    "losses/losses": "losses",
+    "control_map/control_map/control_map": "control_map",
 }
 """Figures of README.md, by their places in ``out/``."""
 
@@ -101,6 +104,50 @@ def limits_table() -> str:
             ]
         )
     header = ["longest dwell delay", "`close_up`", "`two_stage`", "change", "mean delay"]
+    return _markdown(header, rows)
+
+
+def reserve_table() -> str:
+    """Return what the reserve of the control map brings and costs."""
+    table = pd.read_csv(OUT / "reserve.csv")
+    rows = [
+        [
+            f"`{row['controller']}`".replace("control_map_", "control_map`, `"),
+            f"{row['interstation_stop_time_s']:.0f} s",
+            f"{row['mean_arrival_delay_s']:.1f} s",
+            f"{row['final_arrival_delay_s']:.1f} s",
+            f"{row['energy_net_kwh']:,.0f} kWh",
+        ]
+        for row in table.to_dict("records")
+    ]
+    header = ["controller", "stop time", "mean delay", "delay at the last station", "energy, net"]
+    return _markdown(header, rows)
+
+
+def losses_table() -> str:
+    """Return delay and emergency brakings against the loss of telegrams."""
+    means = (
+        pd.read_csv(OUT / "losses" / "losses.csv")
+        .groupby(["loss_percent", "controller"])[["mean_arrival_delay_s", "emergency_brakings"]]
+        .mean()
+    )
+    names = list(dict.fromkeys(means.index.get_level_values("controller")))
+    rows = [
+        [
+            f"{loss_percent:g} %",
+            *(f"{both.loc[name, 'mean_arrival_delay_s']:.1f} s" for name in names),
+            *(f"{both.loc[name, 'emergency_brakings']:.1f}" for name in names),
+        ]
+        for loss_percent, both in (
+            (loss_percent, rows.droplevel(0))
+            for loss_percent, rows in means.groupby("loss_percent", sort=True)
+        )
+    ]
+    header = [
+        "telegrams lost",
+        *(f"mean delay, `{name}`" for name in names),
+        *(f"emergency brakings, `{name}`" for name in names),
+    ]
     return _markdown(header, rows)
 
 
@@ -219,6 +266,10 @@ def main() -> None:
     _replace(readme, "capacity", capacity_table)
     _replace(readme, "eco", lambda: comparison_table(OUT / "eco_driving", (), ECO))
     _replace(readme, "limits", limits_table)
+    _replace(readme, "own-seed-map", lambda: comparison_table(OUT / "rush_hour", MAPPED))
+    _replace(readme, "seeds-map", lambda: comparison_table(seeds, MAPPED))
+    _replace(readme, "reserve", reserve_table)
+    _replace(readme, "losses", losses_table)
     _replace(readme, "sakai", sakai_table)
     _replace(readme, "bench", bench_table)
     _replace(model, "steps", steps_table)

@@ -18,6 +18,7 @@ TABLES = {
     "calls.csv",
     "energy.csv",
     "interstation_stops.csv",
+    "obstructions.csv",
     "trajectory.parquet",
     "violations.csv",
 }

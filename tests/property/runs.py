@@ -11,8 +11,10 @@ from controllers import build
 from railway.arrays import FloatArray
 from railway.control import Controller
 from railway.engine import Observation
+from railway.faults import Fault
 from railway.line import Gradient, Line, Section, SpeedLimit, Track, Turnout
 from railway.loop import simulate
+from railway.radio import LOSSLESS, RadioSpec
 from railway.records import RunRecord
 from railway.rolling_stock import TrainType
 from railway.scenario import ControllerSpec, Scenario
@@ -75,9 +77,13 @@ class Observed:
 
 
 def controller_of(
-    world: World, operation: str = "close_up", protection: str = "moving_block"
+    world: World,
+    operation: str = "close_up",
+    protection: str = "moving_block",
+    radio: RadioSpec | None = None,
 ) -> Controller:
-    return build(ControllerSpec("test", protection, operation, {}, {}), world)
+    spec = ControllerSpec("test", protection, operation, {}, {}, radio=radio is not None)
+    return build(spec, world, radio or LOSSLESS)
 
 
 def run(
@@ -86,8 +92,14 @@ def run(
     *,
     controller: Controller | None = None,
     delay_s: FloatArray | None = None,
+    radio: RadioSpec | None = None,
+    faults: Sequence[Fault] | None = None,
 ) -> tuple[RunRecord, Observed]:
-    """Run a scenario; the delays are the scenario's own where None."""
+    """
+    Run a scenario; the delays are the scenario's own where None.
+
+    With a radio, and no controller named, the moving block goes by radio.
+    """
     world = world_of(scenario)
     if delay_s is None:
         delay_s = scenario.dwell_delays.draw(scenario.timetable, scenario.seed)
@@ -95,10 +107,13 @@ def run(
     record = simulate(
         world,
         engine,
-        controller or controller_of(world, operation),
+        controller or controller_of(world, operation, radio=radio),
         delay_s,
         seed=scenario.seed,
         patience_s=scenario.patience_s,
+        disruptions=scenario.disruptions,
+        radio=radio or LOSSLESS,
+        faults=faults,
     )
     return record, engine
 

@@ -10,11 +10,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from controllers import PROTECTIONS, ControllerError, build
+from controllers import PROTECTIONS, ControllerError, Medium, build
 from controllers.drive import TractionDrive
 from railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray
 from railway.control import Separation
 from railway.line import Block, Gradient, Line, Platform, Section, SpeedLimit, Track
+from railway.obstructions import unobstructed
 from railway.scenario import ControllerSpec
 from railway.state import Advice, Events, LineState, Reason
 from railway.timetable import Call, Service
@@ -128,6 +129,7 @@ def state_of(world: World, time_s: float, front_m: FloatArray, speed_mps: FloatA
         stop_m=far_m,
         arrival_s=np.zeros(size),
         events=Events(),
+        wayside=unobstructed(size, world.far_m),
     )
 
 
@@ -213,7 +215,11 @@ def danger_m(starts_m: FloatArray, state: LineState) -> FloatArray:
     return begins_m
 
 
-@pytest.mark.parametrize("protection", list(PROTECTIONS))
+# Who has commands by radio alone is not put on the line running: see test_control_maps.py.
+AT_ONCE = [name for name, layer in PROTECTIONS.items() if layer.medium is not Medium.RADIO]
+
+
+@pytest.mark.parametrize("protection", AT_ONCE)
 def test_no_layout_that_is_accepted_lets_a_train_pass_a_boundary_at_danger(
     protection: str,
 ) -> None:

@@ -13,6 +13,7 @@ from analysis.results import COLUMNS, columns_frame, read_results, run_folder
 from analysis.schema import csv_text, read_csv, typed_frame
 from analysis.summary import SUMMARY, summary_frame
 from analysis.tables import REASONS, RunTables, run_tables, write_run
+from railway.obstructions import Cause, Obstruction
 from railway.records import RAW_TABLES, Column, Violation
 from railway.scenario import Scenario
 from railway.state import Reason
@@ -24,7 +25,7 @@ from tests.records import (
     run_times_s,
     three_station_world,
 )
-from tests.worlds import make_scenario, merge_scenario, world_of
+from tests.worlds import make_scenario, merge_scenario, two_station_scenario, world_of
 
 STAND: Stand = (1, READY_S + 200.0, 30.0, 900.0, 1)
 
@@ -85,6 +86,21 @@ def test_the_summary_has_the_declared_columns_and_types() -> None:
     assert {name: str(dtype) for name, dtype in summary.dtypes.items()} == {
         column.name: column.dtype for column in SUMMARY
     }
+
+
+def test_what_was_in_the_way_stands_in_a_table_of_its_own() -> None:
+    world = world_of(two_station_scenario(1))
+    found = (
+        Obstruction("fan", Cause.POINTS, ("in", "north"), 940.0, 1060.0, 10.0, 10.0, 16.5),
+        Obstruction("zone", Cause.WORK, ("in",), 500.0, 600.0, 20.0, np.nan, 90.0),
+    )
+    record = make_record(world, *punctual(world), obstructions=found)
+    frame = run_tables(record, run_times_s(world, 60.0)).obstructions
+    assert frame["obstruction"].tolist() == ["fan", "zone"]
+    assert frame["cause"].tolist() == ["points", "work"]
+    assert frame["tracks"].tolist() == ["in north", "in"]
+    assert frame["lifted_s"].tolist() == [16.5, 90.0]
+    assert frame["established_s"].isna().tolist() == [False, True]
 
 
 def test_a_column_that_is_not_declared_is_refused() -> None:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from controllers.drive import TractionDrive
-from railway.state import Advice, Authority, Events, LineState, Reason
+from railway.obstructions import unobstructed
+from railway.state import Advice, Authority, Events, LineState, Link, Reason
 from railway.world import World
 from tests.worlds import two_station_scenario, world_of
 
@@ -27,8 +28,9 @@ def drive_once(
     advised_mps: float = 30.0,
     stop_m: float = 1300.0,
     front_m: float = FRONT_M,
+    emergency: bool | None = None,
 ) -> tuple[float, int]:
-    """Return acceleration and reason."""
+    """Return acceleration and reason; by radio if it says whether there is an emergency."""
     one = np.ones(1, dtype=np.bool_)
     state = LineState(
         time_s=25_300.0,
@@ -45,8 +47,12 @@ def drive_once(
         stop_m=np.array([stop_m]),
         arrival_s=np.array([25_200.0]),
         events=Events(),
+        wayside=unobstructed(1, world.far_m),
     )
     authority = Authority(np.array([limit_m]), np.array([ceiling_mps]), np.zeros(1))
+    if emergency is not None:
+        link = Link(np.array([emergency]), np.full(1, np.inf), np.array([limit_m]))
+        authority = authority._replace(link=link)
     advice = Advice(np.array([advised_mps]), np.array([Reason.TWO_STAGE]))
     drive = TractionDrive(world)
     command = drive.command(state, authority, advice)
@@ -119,3 +125,26 @@ def test_a_standing_train_with_no_authority_stays(world: World) -> None:
 def test_a_train_never_runs_backwards(world: World) -> None:
     asked, _ = drive_once(world, speed_mps=0.2, limit_m=FRONT_M - 100.0)
     assert asked == pytest.approx(-0.4)
+
+
+@pytest.mark.parametrize("speed_mps", [20.0, 5.0, 0.4, 0.0])
+@pytest.mark.parametrize("bound", ["nothing", "ceiling", "advice", "stop", "limit"])
+def test_an_emergency_is_the_emergency_brake_to_a_stand_whatever_else_bounds(
+    world: World, speed_mps: float, bound: str
+) -> None:
+    bounds = {
+        "nothing": {},
+        "ceiling": {"ceiling_mps": 0.0},
+        "advice": {"advised_mps": 0.0},
+        "stop": {"stop_m": FRONT_M},
+        "limit": {"limit_m": FRONT_M - 50.0},
+    }[bound]
+    asked, reason = drive_once(world, speed_mps=speed_mps, emergency=True, **bounds)
+    assert asked == pytest.approx(-min(EMERGENCY, speed_mps / STEP_S))
+    assert reason == Reason.EMERGENCY
+
+
+@pytest.mark.parametrize("limit_m", [3000.0, FRONT_M + 200.0, FRONT_M])
+def test_a_link_without_an_emergency_changes_nothing(world: World, limit_m: float) -> None:
+    told = drive_once(world, speed_mps=20.0, limit_m=limit_m, emergency=False)
+    assert told == drive_once(world, speed_mps=20.0, limit_m=limit_m)

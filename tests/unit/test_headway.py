@@ -252,7 +252,8 @@ def test_trains_on_two_tracks_share_the_line_behind_the_points_and_the_points(
     points = {turnout.id: turnout for turnout in line.turnouts}
     north, south = points["minami-urawa-north"], points["minami-urawa-south"]
     (behind,) = common_ways(line, starting, through)
-    assert behind == Way(south.fouling_end_m, south.fouling_start_m, np.inf)
+    # 5.0 s of throw and 1.5 s of lock proof.
+    assert behind == Way(south.fouling_end_m, south.fouling_start_m, throws_s=(6.5, 0.0))
     (ahead,) = common_ways(line, through, starting)
     assert ahead == behind
     assert common_ways(line, through, through) == (Way(),)
@@ -261,5 +262,7 @@ def test_trains_on_two_tracks_share_the_line_behind_the_points_and_the_points(
     other = replace(through, route=tuple(elsewhere.get(t, t) for t in through.route))
     first, second = common_ways(line, other, through)
     assert first.cleared_m == points["akabane-north"].fouling_end_m
+    assert first.parts_m == points["akabane-north"].fouling_start_m
+    assert first.throws_s[1] == second.throws_s[0] == 6.5
     assert second.gate_m == points["akabane-south"].fouling_start_m
     assert north.fouling_end_m < first.cleared_m

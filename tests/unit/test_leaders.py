@@ -13,7 +13,7 @@ LENGTH_M = 200.0
 
 
 def clearance_m(leaders: Leaders, fronts_m: list[float]) -> FloatArray:
-    return leaders.tails_and_clearance_m(np.array(fronts_m))[1]
+    return leaders.tails_and_clearance_m(np.array(fronts_m), leaders.granted_m)[1]
 
 
 def of_merge(trains: int = 3) -> tuple[World, Leaders]:

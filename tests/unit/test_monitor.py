@@ -11,6 +11,7 @@ from controllers.drive import TractionDrive
 from railway.arrays import IntArray
 from railway.control import Command, Controller, Drive, Protection, Separation
 from railway.line import Gradient, SpeedLimit
+from railway.obstructions import Cause, Closure, Disruptions
 from railway.records import RunRecord
 from railway.scenario import ControllerSpec, Scenario
 from railway.state import Advice, Authority, LineState
@@ -145,7 +146,7 @@ def test_who_counts_on_the_leaders_brakes_is_judged_by_them() -> None:
     assert record.violations == ()
     as_walls = replace(honest, separation=Separation.STANDING)
     record, _ = run(scenario, controller=as_walls, delay_s=overstay(60.0))
-    assert kinds(record) == {("spacing", "T2")}
+    assert kinds(record) == {("spacing", "T2"), ("band", "T2")}
     too_close = replace(honest, protection=Altered(honest.protection, extra_m=30.0))
     record, _ = run(scenario, controller=too_close, delay_s=overstay(60.0))
     assert kinds(record) == {("spacing", "T2")}
@@ -156,8 +157,8 @@ def test_a_protection_that_lets_trains_too_close_is_caught_at_once(broken: dict[
     scenario, _, honest = two_trains()
     controller = replace(honest, protection=Altered(honest.protection, **broken))
     record, engine = run(scenario, controller=controller, delay_s=overstay(60.0))
-    assert kinds(record) == {("spacing", "T2")}
-    first = record.violations[0]
+    assert kinds(record) == {("spacing", "T2"), ("band", "T2")}
+    first = next(violation for violation in record.violations if violation.kind == "spacing")
     assert first.time_s == pytest.approx(first_spacing_s(engine), abs=0.5)
     assert first.message.startswith("T2 could not stop before the train ahead")
     if "extra_m" in broken:
@@ -278,3 +279,73 @@ def test_only_the_train_that_is_held_up_is_stalled() -> None:
     record, _ = run(scenario, controller=controller, delay_s=delay_s)
     assert kinds(record) == {("stalled", "T2")}
     assert record.completed.tolist() == [True, False]
+
+
+def fault_ahead(at_s: float, start_m: float = 900.0, lasts_s: float = 120.0) -> Disruptions:
+    """A fault of the line from 900 m on, in the way of the only train or the first one."""
+    until_s = at_s + lasts_s
+    return Disruptions(
+        (Closure("fault", Cause.FAULT, ("main",), start_m, 1000.0, at_s, np.inf, until_s),)
+    )
+
+
+@dataclass
+class Deaf:
+    """A protection that knows of nothing beside the track."""
+
+    honest: Protection[Any]
+
+    def initial(self) -> Any:  # noqa: ANN401 - whatever the honest one keeps
+        return self.honest.initial()
+
+    def authorise(self, state: LineState, memory: Any) -> tuple[Authority, Any]:  # noqa: ANN401
+        far_m = np.full_like(state.granted_m, 2900.0)
+        tails_m = state.tail_m[state.leader]
+        clear_to_m = np.where(state.follows, tails_m, far_m)
+        free = state._replace(granted_m=far_m, clear_to_m=clear_to_m)
+        return self.honest.authorise(free, memory)
+
+
+def test_a_protection_that_ignores_obstructions_is_caught_where_they_begin() -> None:
+    scenario, _, honest = two_trains()
+    closed = replace(scenario, disruptions=fault_ahead(25_200.0, lasts_s=300.0))
+    record, _ = run(closed, controller=honest)
+    assert record.violations == ()
+    record, engine = run(closed, controller=replace(honest, protection=Deaf(honest.protection)))
+    assert kinds(record) == {("obstruction", "T1"), ("obstruction", "T2")}
+    for violation in record.violations:
+        assert violation.time_s == pytest.approx(engine.passes_s(violation.row, 900.0), abs=0.5)
+        # From the moment it enters until its tail is out again.
+        assert violation.excess == pytest.approx(100.0 + LENGTH_M, abs=15.0)
+
+
+def test_a_train_that_a_fault_comes_too_near_to_is_excused_if_it_brakes() -> None:
+    scenario, world, honest = two_trains()
+    _, free = run(scenario, controller=honest)
+    # At 800 m it runs at some 25 m/s: 100 m are a third of what it needs.
+    at_s = float(np.ceil(free.passes_s(0, 800.0)))
+    closed = replace(scenario, disruptions=fault_ahead(at_s))
+    record, engine = run(closed, controller=honest)
+    assert record.violations == ()
+    stands = (engine.time_s > at_s) & (engine.speed_mps[:, 0] == 0.0)
+    stood_m = engine.front_m[stands, 0].min()
+    assert stood_m > 900.0
+    since = int(np.searchsorted(engine.time_s, at_s))
+    emergency = world.of_type("emergency_brake_mps2")[0]
+    needs_m = engine.front_m[since, 0] + 0.5 * engine.speed_mps[since, 0] ** 2 / emergency
+    assert stood_m == pytest.approx(needs_m, abs=2.0)
+    # It stays where it is until the fault is repaired.
+    assert np.all(engine.speed_mps[stands & (engine.time_s < at_s + 120.0), 0] == 0.0)
+    deaf = replace(honest, protection=Deaf(honest.protection))
+    assert ("obstruction", "T1") in kinds(run(closed, controller=deaf)[0])
+
+
+def test_nobody_is_excused_who_could_have_stopped() -> None:
+    """A brake that is asked for too late, though the fault was far enough away."""
+    scenario, _, honest = two_trains()
+    _, free = run(scenario, controller=honest)
+    at_s = float(np.ceil(free.passes_s(0, 500.0)))
+    closed = replace(scenario, disruptions=fault_ahead(at_s, 1000.0 - 50.0))
+    assert run(closed, controller=honest)[0].violations == ()
+    late = replace(honest, protection=Altered(honest.protection, extra_m=60.0))
+    assert ("obstruction", "T1") in kinds(run(closed, controller=late)[0])

@@ -27,6 +27,7 @@ def block(
         limit_m=np.full((steps + 1, 1), 3000.0),
         delay_s=np.zeros((steps + 1, 1)),
         next_call=np.ones((steps + 1, 1), dtype=np.intp),
+        surprised=np.zeros((steps + 1, 1), dtype=np.bool_),
         present=flags,
         moving=flags & moving,
         halting=~flags,

@@ -1,0 +1,133 @@
+"""Runs of the control map on random lines: where they can stop, and which limits they keep."""
+
+from dataclasses import replace
+
+import numpy as np
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+
+from controllers.control_map.run import Pace, Place, Trains, run, stopping_place_m, trains_of
+from railway.arrays import FloatArray
+from railway.line import Gradient, SpeedLimit
+from railway.profile import at_each
+from railway.world import World
+from tests.property.runs import GRAVITY, random_gradients, random_limits, solo_scenario
+from tests.worlds import commuter_train, world_of
+
+END_M = 4000.0
+LENGTH_M = 200.0
+TRAIN = commuter_train(LENGTH_M)
+STOP_M = 3600.0
+STEP_S = 0.5
+MOMENTS = 121
+MANY = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+
+
+def world_with(gradients: list[Gradient], limits: list[SpeedLimit]) -> World:
+    scenario = solo_scenario(TRAIN, [300.0, STOP_M], END_M, gradients=gradients, limits=limits)
+    return world_of(replace(scenario, step_s=0.1))
+
+
+def trains_on(world: World) -> Trains:
+    return trains_of(world, Pace(STEP_S, 0.5, 0.0, 25.0))
+
+
+def mean_height_m(world: World, front_m: float) -> float:
+    """Height averaged over the train, by its middle of 2000 pieces."""
+    under_m = np.linspace(front_m - LENGTH_M, front_m, 4001)[1::2]
+    return float(world.line.height_m(under_m).mean())
+
+
+def stops_at_m(world: World, front_m: float, speed_mps: float) -> float:
+    """Return where the service brake stops the train, by conservation of energy."""
+    here_m, pull = mean_height_m(world, front_m), GRAVITY * TRAIN.gravity_ratio
+
+    def left_m2ps2(place_m: float) -> float:
+        lift_m = mean_height_m(world, place_m) - here_m
+        taken = TRAIN.service_brake_mps2 * (place_m - front_m) + pull * lift_m
+        return taken - 0.5 * speed_mps * speed_mps
+
+    return float(brentq(left_m2ps2, front_m - 1.0, front_m + 2000.0, xtol=1e-6))
+
+
+@MANY
+@given(random_gradients(END_M), st.floats(300.0, 3000.0), st.floats(0.0, 25.0))
+def test_a_train_stops_where_its_energy_is_spent(
+    gradients: list[Gradient], front_m: float, speed_mps: float
+) -> None:
+    world = world_with(gradients, [])
+    trains = trains_on(world)
+    found_m = stopping_place_m(
+        trains.square, trains.row_start[0], front_m, speed_mps, TRAIN.service_brake_mps2
+    )
+    assert abs(found_m - stops_at_m(world, front_m, speed_mps)) < 0.1
+
+
+@st.composite
+def rising_limits(draw: st.DrawFn) -> FloatArray:
+    """Return limits that stand still and move on by turns, as the rear of a band ahead does."""
+    steps = [
+        np.full(draw(st.integers(1, 40)), draw(st.sampled_from([0.0, draw(st.floats(0.0, 12.0))])))
+        for _ in range(8)
+    ]
+    moved_m = np.resize(np.concatenate(steps), MOMENTS).cumsum()
+    limit_m: FloatArray = draw(st.floats(700.0, 1500.0)) + moved_m
+    return np.minimum(limit_m, END_M)
+
+
+@MANY
+@given(random_gradients(END_M), random_limits(END_M), rising_limits(), st.floats(0.0, 12.0))
+def test_a_run_can_stop_before_its_limit_at_every_moment(
+    gradients: list[Gradient], limits: list[SpeedLimit], limit_m: FloatArray, speed_mps: float
+) -> None:
+    world = world_with(gradients, limits)
+    trains = trains_on(world)
+    slow = min(speed_mps, *(limit.limit_mps for limit in limits), 12.0)
+    front_m, planned_mps = np.empty(MOMENTS), np.empty(MOMENTS)
+    limit_square = at_each(trains.square, limit_m, np.full(1, trains.row_start[0]))
+    place = Place(400.0, slow, 1, np.inf)
+    cap_mps = np.full(MOMENTS - 1, np.inf)
+    run(trains, 0, place, 0.0, cap_mps, limit_square, front_m, planned_mps)
+    for moment in range(0, MOMENTS, 6):
+        stop_m = stops_at_m(world, front_m[moment], planned_mps[moment])
+        assert stop_m <= limit_m[moment] + 0.1
+    assert np.all(planned_mps >= 0.0)
+    assert np.all(np.diff(front_m) >= 0.0)
+    assert np.all(front_m <= STOP_M + 0.5)
+    assert np.all(
+        planned_mps
+        <= 1e-6
+        + np.sqrt(
+            at_each(
+                2.0 * world.profile.ceiling_m2ps2.ravel(), front_m, np.full(1, world.row_start[0])
+            )
+        )
+    )
+
+
+@MANY
+@given(random_gradients(END_M, steepest=0.02), random_limits(END_M))
+def test_a_free_run_is_the_run_that_the_drive_makes(
+    gradients: list[Gradient], limits: list[SpeedLimit]
+) -> None:
+    """A step of 0.5 s loses a second or two on the way against one of 0.02 s, and gains none."""
+    world = world_with(gradients, limits)
+    coarse, fine = trains_on(world), trains_of(world, Pace(0.02, 0.5, 0.0, 25.0))
+    arrivals_s = []
+    for trains in (coarse, fine):
+        moments = round(600.0 / trains.step_s) + 1
+        nothing = np.full(moments, np.inf)
+        _, arrival_s, hindered = run(
+            trains,
+            0,
+            Place(300.0, 0.0, 1, np.inf),
+            0.0,
+            nothing[1:],
+            nothing,
+            np.empty(moments),
+            np.empty(moments),
+        )
+        assert hindered == 0
+        arrivals_s.append(arrival_s)
+    assert -0.6 <= arrivals_s[0] - arrivals_s[1] <= 4.0

@@ -1,0 +1,124 @@
+"""Defects planted in the control map: the monitor, which shares nothing with it, finds them."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from controllers import build
+from controllers.control_map.planner import Plan
+from controllers.control_map.wrong_maps import WrongMaps
+from controllers.protection import control_map
+from controllers.protection.control_map import ControlMap, ControlMapOptions, Memory
+from railway.arrays import BoolArray, FloatArray
+from railway.faults import Fault, Variant
+from railway.obstructions import Cause, Closure, Disruptions
+from railway.radio import LOSSLESS, Outage, RadioSpec
+from railway.records import RunRecord
+from railway.scenario import Scenario
+from railway.state import Authority, LineState
+from tests.property.runs import READY_S, run
+from tests.unit.test_faults import SPEC, failing, two_trains
+from tests.worlds import world_of
+
+
+def kinds(record: RunRecord) -> set[str]:
+    return {violation.kind for violation in record.violations}
+
+
+def under(
+    scenario: Scenario,
+    protection: Any,  # noqa: ANN401
+    radio: RadioSpec = LOSSLESS,
+) -> RunRecord:
+    """Run under a control map of one's own; the first train overstays."""
+    world = world_of(scenario)
+    controller = replace(build(SPEC, world, radio), protection=protection)
+    delay_s = np.zeros((world.size, world.stop_m.shape[1] - 1))
+    delay_s[0, 1] = 90.0
+    record, _ = run(scenario, controller=controller, delay_s=delay_s, radio=radio)
+    return record
+
+
+class ShortBands(ControlMap):
+    """Takes every braking distance as a third shorter than it is."""
+
+    def __init__(self, world: Any) -> None:  # noqa: ANN401
+        super().__init__(world, ControlMapOptions(early_s=1000.0), LOSSLESS)
+        self._trains = self._trains._replace(
+            square=1.5 * self._trains.square, brake_mps2=1.5 * self._trains.brake_mps2
+        )
+        self._figures = (self._trains.square, self._trains.row_start, self._trains.brake_mps2)
+
+
+def test_bands_shorter_than_the_braking_distance_are_found() -> None:
+    scenario = two_trains(75.0)
+    protection = ControlMap(world_of(scenario), ControlMapOptions(early_s=1000.0), LOSSLESS)
+    assert under(scenario, protection).violations == ()
+    assert kinds(under(scenario, ShortBands(world_of(scenario)))) & {"authority", "spacing"}
+
+
+class Unchecked(WrongMaps):
+    """Sends wrong maps without the exclusion test."""
+
+    def _excludes(self, plan: Plan, limit_m: FloatArray, state: LineState, memory: Memory) -> bool:
+        del plan, limit_m, state, memory
+        return True
+
+
+@pytest.mark.parametrize("variant", [Variant.BAND, Variant.LEFT_OUT])
+def test_a_wrong_map_that_nobody_tests_is_found(variant: Variant) -> None:
+    scenario = two_trains(75.0)
+    wrong = Fault(variant, "T1", READY_S + 100.0, READY_S + 160.0, 250.0)
+    tested, _, _ = failing(scenario, wrong, overstay_s=90.0)
+    assert tested.violations == ()
+    options = ControlMapOptions(early_s=1000.0)
+    untested = under(scenario, Unchecked(world_of(scenario), options, LOSSLESS, wrong))
+    assert "band" in kinds(untested)
+
+
+class NothingMissing:
+    """Counts a telegram as acknowledged when it is sent."""
+
+    def __init__(self, protection: ControlMap) -> None:
+        self._protection = protection
+
+    def initial(self) -> Memory:
+        return self._protection.initial()
+
+    def authorise(self, state: LineState, memory: Memory) -> tuple[Authority, Memory]:
+        authority, memory = self._protection.authorise(state, memory)
+        newest = int(memory.sent.sent_s.argmax())
+        covered_m = memory.sent.limit_m[newest].max(axis=1)
+        assert authority.link is not None
+        return authority._replace(link=authority.link._replace(covered_m=covered_m)), memory
+
+
+def test_a_work_zone_that_does_not_wait_for_acknowledgements_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """
+    A train goes on by an old telegram, as far as it had been free then.
+
+    That commands run out hides the defect: a train without any stands before the zone in time.
+    """
+
+    def never(latched: BoolArray, *_: object) -> BoolArray:
+        return np.zeros_like(latched)
+
+    monkeypatch.setattr(control_map, "emergency", never)
+    scenario = two_trains(300.0)
+    # The train is told its way at full speed, and then nothing any more.
+    from_s = READY_S + 52.0
+    radio = replace(
+        LOSSLESS,
+        outages=(Outage(("T1",), up=False, down=True, from_s=from_s - 1.0, until_s=from_s + 60.0),),
+    )
+    zone = Closure("zone", Cause.WORK, ("main",), 950.0, 1000.0, from_s, *(READY_S + 200.0,) * 2)
+    scenario = replace(scenario, disruptions=Disruptions((zone,)))
+    options = ControlMapOptions(early_s=1000.0, tolerance_m=1000.0)
+    patient = ControlMap(world_of(scenario), options, radio)
+    assert under(scenario, patient, radio).violations == ()
+    hasty = NothingMissing(ControlMap(world_of(scenario), options, radio))
+    assert "obstruction" in kinds(under(scenario, hasty, radio))
