@@ -38,6 +38,8 @@ CELL_S = 60.0
 """How long a cell full of trains is simulated. [s]"""
 BEYOND = 6
 """So many trains more than a cell should carry are tried. [-]"""
+MOST_TRAINS = 60
+"""More trains than this are not tried in one cell. [-]"""
 ONE_CELL_M = 1000.0
 
 
@@ -126,7 +128,8 @@ def perform(question: Question, task: Task) -> Found:
         times_s = np.arange(0.0, EVEN_S, system.update_s)
         fronts_m = question.run.evenly_spaced_m(task.trains, times_s)
         published = _published(question.plan, system, task.trains)
-        return _case(question, system, f"{task.trains} trains", fronts_m, published=published)
+        name = f"{task.trains} train{'s' if task.trains > 1 else ''}"
+        return _case(question, system, name, fronts_m, published=published)
     start_s = question.run.start_s
     times_s = np.arange(start_s, question.run.end_s + system.update_s, system.update_s)
     fronts_m = question.run.fronts_m(times_s)
@@ -163,7 +166,7 @@ def _case(
 def _full_cell(system: RadioSystem, question: Question) -> Iterator[CellPoint]:
     cell = Cells(np.array([0.0, ONE_CELL_M]), 0.0)
     updates = round(CELL_S / system.update_s)
-    for trains in range(1, system.trains_per_cell + BEYOND + 1):
+    for trains in range(1, min(system.trains_per_cell + BEYOND, MOST_TRAINS) + 1):
         fronts_m = np.full((updates, trains), 0.5 * ONE_CELL_M)
         traffic = simulate(system, cell, fronts_m, question.seed)
         delays_s = traffic.delays_s[np.isfinite(traffic.delays_s)]

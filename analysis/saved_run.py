@@ -170,11 +170,15 @@ def _samples(file: Path) -> pd.DataFrame:
         raise SavedRunError(msg)
     try:
         samples = pd.read_parquet(file, engine="pyarrow", columns=names)
-    except (OSError, ValueError, KeyError) as error:
+        samples = samples.astype({"time_s": "float64", "front_m": "float64"})
+    except (OSError, TypeError, ValueError, KeyError) as error:
         wanted = ", ".join(column.name for column in TRAJECTORY)
         msg = f"{file}: cannot be read; allowed: a Parquet table with {wanted}"
         raise SavedRunError(msg) from error
-    if samples["train"].value_counts().max() < 2:
+    if not np.isfinite(samples[["time_s", "front_m"]].to_numpy()).all():
+        msg = f"{file}: a time or a place is missing; allowed: numbers"
+        raise SavedRunError(msg)
+    if not samples["train"].value_counts().max() > 1:
         msg = f"{file}: no train ran; allowed: a run with trains"
         raise SavedRunError(msg)
-    return samples
+    return samples.sort_values("time_s", kind="stable")

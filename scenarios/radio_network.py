@@ -13,6 +13,8 @@ from scenarios.files import Reader
 from scenarios.schema import Name, Text, check
 
 RADIO_FILE = "radio_network.toml"
+LEAST_UPDATE_S = 0.05
+"""Shorter ones would take longer to simulate than anybody waits. [s]"""
 _Whole: TypeAlias = Annotated[int, Field(ge=0, le=1000)]
 _Bytes: TypeAlias = Annotated[int, Field(ge=1, le=65507)]
 _Share: TypeAlias = Annotated[float | None, Field(ge=0.0, le=100.0, description="a percentage")]
@@ -131,6 +133,9 @@ def _file_faults(file: RadioFile, line: Line) -> list[Fault]:
         fault("overlap_m", problem, f"up to {cell_m:.0f}, so that two units at most serve a train")
     for name, entry in file.systems.items():
         where, system = f"systems.{name}", _to_system(name, entry)
+        if system.update_s < LEAST_UPDATE_S:
+            problem = f"updates of {system.update_s:g} s"
+            fault(f"{where}.updates_per_cycle", problem, f"{LEAST_UPDATE_S} s or longer")
         slots = system.slots_per_update
         kept = entry.own_slots_per_cycle + entry.broadcasts_per_update
         if slots <= kept:

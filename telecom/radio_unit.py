@@ -57,10 +57,8 @@ class RadioUnit:
                 self.environment.process(self._bring_back(answers))
             self._take_newest()
             first = update * per_update
-            occupied = 0
-            if update < self.network.updates:
-                own = system.own_slots_per_cycle if update % system.updates_per_cycle == 0 else 0
-                occupied = min(per_update, own + system.broadcasts_per_update)
+            own = system.own_slots_per_cycle if update % system.updates_per_cycle == 0 else 0
+            occupied = min(per_update, own + system.broadcasts_per_update)
             for slot in range(occupied):
                 self.down.send(self._airtime_s, not_before_s=self._end_s(first + slot))
             for slot in range(first + occupied, first + per_update):
