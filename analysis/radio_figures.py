@@ -173,7 +173,7 @@ def cell_capacity_figure(points: Sequence[Point], plan: RadioPlan, *, title: str
         left.set_ylabel("antenna to train, utilisation [%]")
         left.set_ylim(0.0, 104.0)
         left.legend(fontsize=7.5, loc="lower right")
-        right.set_ylabel(f"commands later than {plan.late_s:g} s, or replaced by newer ones [%]")
+        right.set_ylabel(f"commands later than {plan.late_s:g} s, or never sent [%]")
         right.set_ylim(bottom=-1.0)
         for axes in (left, right):
             plain_frame(axes)

@@ -39,7 +39,7 @@ CELL_CAPACITY = (
     Column("trackside_devices", "int64", "", "trackside devices in the cell"),
     Column("trains", "int64", "", "trains in the cell"),
     Column("antenna_train_percent", "float64", "%", "utilisation from antenna to trains"),
-    Column("late_percent", "float64", "%", "commands to trains that come late or never"),
+    Column("late_percent", "float64", "%", "commands to trains that come late or are never sent"),
     Column("longest_delay_s", "float64", "s", "longest of a command that arrives; empty if none"),
 )
 RADIO_TABLES: Mapping[str, tuple[Column, ...]] = {
@@ -49,21 +49,22 @@ RADIO_TABLES: Mapping[str, tuple[Column, ...]] = {
     "cell_capacity": CELL_CAPACITY,
 }
 LINK_LABELS: Mapping[Link, str] = {
-    Link.CONTROLLER_SWITCH: "wired, controller to switch",
-    Link.SWITCH_CONTROLLER: "wired, switch to controller",
-    Link.SWITCH_UNIT: "wired, switch to radio unit",
-    Link.UNIT_SWITCH: "wired, radio unit to switch",
-    Link.ANTENNA_TRAIN: "radio, antenna to train",
-    Link.TRAIN_ANTENNA: "radio, train to antenna",
+    Link.CONTROLLER_SWITCH: "controller to switch",
+    Link.SWITCH_CONTROLLER: "switch to controller",
+    Link.SWITCH_UNIT: "switch to radio unit",
+    Link.UNIT_SWITCH: "radio unit to switch",
+    Link.ANTENNA_TRAIN: "antenna to train",
+    Link.TRAIN_ANTENNA: "train to antenna",
 }
 LABELS: Mapping[str, str] = {
     **{f"{link.value}_percent": f"{label} [%]" for link, label in LINK_LABELS.items()},
-    "busiest_minute_percent": "radio, busiest minute of a cell [%]",
+    "busiest_minute_percent": "antenna to train, busiest cell and minute [%]",
     "round_trip_mean_s": "round trip, mean [s]",
     "round_trip_p99_s": "round trip, 99 % [s]",
     "round_trip_max_s": "round trip, longest [s]",
-    "command_delay_max_s": "command to train, longest [s]",
-    "late_percent": "commands late or lost [%]",
+    "command_delay_max_s": "longest way to a train [s]",
+    "late_percent": "late or never sent [%]",
+    "lost_percent": "lost on the air [%]",
 }
 """What a reader sees for an indicator, in order."""
 CLASS_S = 0.01
@@ -97,13 +98,13 @@ class CellPoint:
     trains: int
     utilisation: float
     late: float
-    """Share of commands that come late, or never. [-]"""
+    """Share of commands that come late, or are never sent. [-]"""
     longest_delay_s: float
 
 
 def late_share(traffic: Traffic, late_s: float) -> float:
     """
-    Return how many commands to trains come late or never.
+    Return how many commands to trains come late or are never sent.
 
     Parameters
     ----------
@@ -115,10 +116,29 @@ def late_share(traffic: Traffic, late_s: float) -> float:
     Returns
     -------
     float
-        Share; 0 without commands. [-]
+        Share; 0 without commands. What is lost on the air is no matter of load. [-]
     """
     delays_s = traffic.delays_s
-    return float((delays_s > late_s).mean()) if delays_s.size else 0.0
+    late = np.isfinite(delays_s) & (delays_s > late_s)
+    return float((late | ~traffic.sent).mean()) if delays_s.size else 0.0
+
+
+def lost_share(traffic: Traffic) -> float:
+    """
+    Return how many commands to trains are sent and never arrive.
+
+    Parameters
+    ----------
+    traffic
+        What was simulated.
+
+    Returns
+    -------
+    float
+        Share; 0 without commands. [-]
+    """
+    lost = np.isinf(traffic.delays_s) & traffic.sent
+    return float(lost.mean()) if lost.size else 0.0
 
 
 def busiest_minute(traffic: Traffic) -> tuple[float, int, int]:
@@ -198,6 +218,7 @@ def indicators(case: LoadCase, late_s: float) -> Iterator[tuple[str, str, float,
     if arrived_s.size:
         yield "command_delay_max_s", "s", float(arrived_s.max()), np.nan
     yield "late_percent", "%", 100.0 * late_share(case.traffic, late_s), np.nan
+    yield "lost_percent", "%", 100.0 * lost_share(case.traffic), np.nan
 
 
 def _or_nan(value: float | None) -> float:

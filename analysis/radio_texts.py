@@ -61,7 +61,11 @@ def radio_load_texts(
 def _number(name: str, unit: str, value: float) -> str:
     if unit == "s":
         return f"{value:.2f}"
-    return f"{value:.2f}" if name == "late_percent" and 0.0 < value < 0.1 else f"{value:.1f}"
+    return (
+        f"{value:.2f}"
+        if name in {"late_percent", "lost_percent"} and 0.0 < value < 0.1
+        else f"{value:.1f}"
+    )
 
 
 def radio_sentences(
@@ -152,6 +156,6 @@ def cell_sentence(points: Sequence[CellPoint], plan: RadioPlan) -> str:
         return f"{place}: one cell carries {trains} trains and more."
     return (
         f"{place}: one cell carries {trains} trains before commands run late. With {trains + 1}, "
-        f"some take longer than {plan.late_s:g} s or are replaced by newer ones before they are "
-        "sent."
+        f"some take longer than {plan.late_s:g} s or are never sent because newer ones replace "
+        "them."
     )

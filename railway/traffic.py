@@ -60,6 +60,11 @@ class Traffic:
         return taken_s[~np.isnan(taken_s)]
 
     @property
+    def sent(self) -> BoolArray:
+        """Whether a train's command was ever sent by radio. shape (n,)"""
+        return self.tries[self.to_train] > 0
+
+    @property
     def delays_s(self) -> FloatArray:
         """From the making of a train's command to its arrival; inf if never. [s], shape (n,)"""
         taken_s = (self.arrived_s - self.made_s)[self.to_train]

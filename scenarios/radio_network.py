@@ -1,5 +1,6 @@
 """The file ``radio_network.toml``: cells, systems and published loads of a radio network."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
@@ -121,44 +122,43 @@ def load_radio_plan(folder: Path, line: Line) -> RadioPlan:
     )
 
 
-def _file_faults(file: RadioFile, line: Line) -> list[Fault]:
-    faults = []
-
-    def fault(where: str, problem: str, allowed: str) -> None:
-        faults.append(Fault(RADIO_FILE, where, problem, allowed))
-
+def _file_faults(file: RadioFile, line: Line) -> Iterator[Fault]:
     cell_m = (line.end_m - line.start_m) / file.cells
     if file.overlap_m > cell_m:
         problem = f"{file.overlap_m:g} is longer than a cell"
-        fault("overlap_m", problem, f"up to {cell_m:.0f}, so that two units at most serve a train")
+        allowed = f"up to {cell_m:.0f}, so that two units at most serve a train"
+        yield Fault(RADIO_FILE, "overlap_m", problem, allowed)
     for name, entry in file.systems.items():
-        where, system = f"systems.{name}", _to_system(name, entry)
-        if system.update_s < LEAST_UPDATE_S:
-            problem = f"updates of {system.update_s:g} s"
-            fault(f"{where}.updates_per_cycle", problem, f"{LEAST_UPDATE_S} s or longer")
-        slots = system.slots_per_update
-        kept = entry.own_slots_per_cycle + entry.broadcasts_per_update
-        if slots <= kept:
-            fault(
-                f"{where}.radio_kbps",
-                f"an update has {slots} slots of {1000 * system.airtime_s:.1f} ms, "
-                f"{kept} of them for the radio unit and broadcasts",
-                "a rate that leaves a slot for a device",
-            )
-        elif entry.answer_slots > slots:
-            fault(f"{where}.answer_slots", f"{entry.answer_slots} is too late", f"1 to {slots}")
-        if entry.trackside_devices > entry.trackside_devices_max:
-            problem = f"{entry.trackside_devices} is more than trackside_devices_max"
-            fault(f"{where}.trackside_devices", problem, f"0 to {entry.trackside_devices_max}")
-        least_bytes = (entry.broadcasts_per_update + 1) * entry.radio_packet_bytes
-        if entry.central and entry.wired_packet_bytes < least_bytes:
-            problem = f"{entry.wired_packet_bytes} bytes leave no room for a command"
-            fault(f"{where}.wired_packet_bytes", problem, f"{least_bytes} or more")
+        for key, problem, allowed in _system_faults(entry, _to_system(name, entry)):
+            yield Fault(RADIO_FILE, f"systems.{name}.{key}", problem, allowed)
     for number, load in enumerate(file.published.loads if file.published else ()):
         if load.system not in file.systems:
-            problem = f"no system {load.system!r}"
-            fault(f"published.loads.{number}.system", problem, ", ".join(file.systems))
-    return faults
+            place, problem = f"published.loads.{number}.system", f"no system {load.system!r}"
+            yield Fault(RADIO_FILE, place, problem, ", ".join(file.systems))
+
+
+def _system_faults(entry: SystemEntry, system: RadioSystem) -> Iterator[tuple[str, str, str]]:
+    """Yield key, problem and what is allowed."""
+    if system.update_s < LEAST_UPDATE_S:
+        problem = f"updates of {system.update_s:g} s"
+        yield "updates_per_cycle", problem, f"{LEAST_UPDATE_S} s or longer"
+    slots = system.slots_per_update
+    kept = entry.own_slots_per_cycle + entry.broadcasts_per_update
+    if slots <= kept:
+        problem = (
+            f"an update has {slots} slots of {1000 * system.airtime_s:.1f} ms, "
+            f"{kept} of them for the radio unit and broadcasts"
+        )
+        yield "radio_kbps", problem, "a rate that leaves a slot for a device"
+    elif entry.answer_slots > slots:
+        yield "answer_slots", f"{entry.answer_slots} is too late", f"1 to {slots}"
+    if entry.trackside_devices > entry.trackside_devices_max:
+        problem = f"{entry.trackside_devices} is more than trackside_devices_max"
+        yield "trackside_devices", problem, f"0 to {entry.trackside_devices_max}"
+    least_bytes = (entry.broadcasts_per_update + 1) * entry.radio_packet_bytes
+    if entry.central and entry.wired_packet_bytes < least_bytes:
+        problem = f"{entry.wired_packet_bytes} bytes leave no room for a command"
+        yield "wired_packet_bytes", problem, f"{least_bytes} or more"
 
 
 def _to_system(name: str, entry: SystemEntry) -> RadioSystem:
