@@ -14,6 +14,7 @@ from analysis.radio_load import (
     carried,
     grouped,
     indicators,
+    late_share,
 )
 from railway.network import Link, RadioPlan
 
@@ -90,7 +91,12 @@ def radio_sentences(
     """
     even = [case for case in cases if case.published]
     pairs = [(one, two) for one, two in pairwise(even) if one.system.name == two.system.name]
-    told = [slope_sentence(one, two, plan) for one, two in pairs]
+    # A channel that is full does not grow with the trains.
+    told = [
+        slope_sentence(one, two, plan)
+        for one, two in pairs
+        if late_share(two.traffic, plan.late_s) == 0.0
+    ]
     for case in cases:
         if case.start_s is not None and case.system.name == cases[0].system.name:
             share, cell, minute = busiest_minute(case.traffic)
@@ -130,7 +136,7 @@ def slope_sentence(one: LoadCase, two: LoadCase, plan: RadioPlan) -> str:
     return (
         f"Each train on the line adds {100.0 * slope:.2f} points from antenna to train{told}: "
         f"{1.0 / system.update_s:g} commands a second, {two.units_per_train:.2f} radio units that "
-        f"serve a train, {1000.0 * system.airtime_s:.1f} ms, shared among {plan.cells.size} cells."
+        f"serve a train, {1000.0 * system.airtime_s:.1f} ms; mean of {plan.cells.size} cell{'s'[: plan.cells.size - 1]}."
     )
 
 
