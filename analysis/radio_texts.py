@@ -133,10 +133,11 @@ def slope_sentence(one: LoadCase, two: LoadCase, plan: RadioPlan) -> str:
         pair = [case.utilisation.get(kind) for case in (one.published, two.published)]
         if pair[0] is not None and pair[1] is not None:
             told = f" (published: {100.0 * (pair[1] - pair[0]) / more:.2f})"
+    cells = "one cell" if plan.cells.size == 1 else f"mean of {plan.cells.size} cells"
     return (
         f"Each train on the line adds {100.0 * slope:.2f} points from antenna to train{told}: "
         f"{1.0 / system.update_s:g} commands a second, {two.units_per_train:.2f} radio units that "
-        f"serve a train, {1000.0 * system.airtime_s:.1f} ms; mean of {plan.cells.size} cell{'s'[: plan.cells.size - 1]}."
+        f"serve a train, {1000.0 * system.airtime_s:.1f} ms; {cells}."
     )
 
 
