@@ -5,7 +5,7 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity sakai takaoka test check format lint types contracts bench seeds steps limits reserve losses readme clean
+.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds steps limits reserve losses readme clean
 
 rush-hour: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour
@@ -14,6 +14,15 @@ rush-hour: $(READY)
 capacity: $(READY)
 	$(BIN)/python run.py capacity scenarios/rush_hour --simulate all \
 		--controller close_up --controller atc --controller atd --controller relative_braking
+
+# What the trains of an earlier rush hour ask of the radio; writes out/rush_hour_radio/.
+radio: $(READY)
+	test -f out/rush_hour/summary.csv || $(BIN)/python run.py scenarios/rush_hour
+	$(BIN)/python run.py radio scenarios/rush_hour
+
+# Failures, availability and fault tree; writes out/control_map_availability/.
+availability: $(READY)
+	$(BIN)/python run.py availability scenarios/control_map
 
 # The case study of Sakai et al. 2020: one sweep for each of its three cases.
 sakai: $(READY)

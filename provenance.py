@@ -12,7 +12,7 @@ import controllers
 if TYPE_CHECKING:
     from study import Study, StudyResult
 
-VERSIONED = ("eclipse-sumo", "libsumo", "numpy", "pandas", "scipy")
+VERSIONED = ("eclipse-sumo", "libsumo", "numpy", "pandas", "scipy", "simpy")
 
 
 def provenance_of(study: "Study", result: "StudyResult", wall_s: float) -> Mapping[str, Any]:

@@ -13,16 +13,23 @@ from rich.table import Table
 from rich.text import Text
 from typer.core import TyperCommand, TyperGroup
 
+import availability
 import capacity
 import controllers
 import faults
+import radio_load
 import study
 from analysis import (
+    RadioTables,
+    availability_texts,
     capacity_texts,
     comparison,
     comparison_texts,
     fault_texts,
+    fault_tree_texts,
     headway_texts,
+    radio_load_texts,
+    radio_sentences,
     sweep_texts,
 )
 from screen import (
@@ -46,8 +53,9 @@ SEED_MAX = 2**63 - 1
 COMPARE = "compare"
 """The command that need not be named."""
 OTHERS = """Other commands: python run.py capacity {scenario} tells how close trains can follow
-each other; python run.py faults {scenario} what faults do to a control map; python run.py
-capacity --help."""
+each other, faults {scenario} what faults do to a control map, radio {scenario} what trains ask of
+the radio, availability {scenario} how often devices stop the line; python run.py capacity --help
+and so on."""
 
 
 class Commands(TyperGroup):
@@ -139,6 +147,9 @@ Step: TypeAlias = Annotated[
 Jobs: TypeAlias = Annotated[
     int, typer.Option(min=1, help="Processes to use.", show_default="all processors")
 ]
+Seed: TypeAlias = Annotated[
+    int | None, typer.Option(min=0, max=SEED_MAX, help="Seed; the scenario's own if not given.")
+]
 Out: TypeAlias = Annotated[Path, typer.Option(help="Where results go.")]
 PROCESSORS = os.cpu_count() or 1
 OUT = Path("out")
@@ -224,9 +235,7 @@ def show_faults(  # noqa: PLR0913, PLR0917 - one argument per option of the comm
         str, typer.Option(help="Controller of the scenario with the protection control_map.")
     ] = faults.PROTECTION,
     runs: Annotated[int, typer.Option(min=1, help="Runs, with one fault each.")] = 1000,
-    seed: Annotated[
-        int | None, typer.Option(min=0, max=SEED_MAX, help="Seed of faults, delays and radio.")
-    ] = None,
+    seed: Seed = None,
     step: Step = None,
     jobs: Jobs = PROCESSORS,
     out: Out = OUT,
@@ -259,6 +268,86 @@ def show_faults(  # noqa: PLR0913, PLR0917 - one argument per option of the comm
         raise typer.Exit(EXIT_VIOLATION)
     if found.interrupted:
         raise typer.Exit(EXIT_INTERRUPTED)
+
+
+@app.command("radio")
+def show_radio(
+    scenario: ScenarioFolder,
+    results: Annotated[
+        Path | None,
+        typer.Option(
+            help="Results folder whose trains to take.", show_default="out/ and the scenario's name"
+        ),
+    ] = None,
+    controller: Annotated[
+        str | None,
+        typer.Option(help="Whose trains to take.", show_default="the first of the results"),
+    ] = None,
+    seed: Seed = None,
+    jobs: Jobs = PROCESSORS,
+    out: Out = OUT,
+) -> None:
+    """Tell what the trains of a saved run ask of the radio, and how many a cell carries."""
+    with refusals(scenario, out):
+        chosen = study.choose(scenario, seed=seed, jobs=jobs)
+        place = OUT / chosen.scenario.name if results is None else results
+        with bars() as shown:
+            bar = shown.add_task("radio")
+            found = radio_load.run_radio(
+                chosen,
+                scenario,
+                place,
+                out,
+                controller,
+                lambda done, total: shown.update(bar, completed=done, total=total),
+            )
+    for system in found.plan.systems:
+        show_table(*_radio_table(found, system.name))
+    if found.plan.source:
+        answers.print(f"Published: {escape(found.plan.source)}", soft_wrap=True)
+    for sentence in radio_sentences(found.cases, found.points, found.plan):
+        answers.print(escape(sentence))
+    if found.run.scenario_digest != chosen.scenario.digest:
+        answers.print(f"{escape(str(place))}: of a scenario that has been changed since.")
+    answers.print(f"Results: {found.folder}", soft_wrap=True)
+
+
+def _radio_table(found: RadioTables, system: str) -> list[list[str]]:
+    cases = [case for case in found.cases if case.system.name == system]
+    header, rows = radio_load_texts(cases, found.plan)
+    return [header, *rows]
+
+
+@app.command("availability")
+def show_availability(
+    scenario: ScenarioFolder,
+    years: Annotated[
+        int, typer.Option(min=2, max=10_000_000, help="Years of failures to simulate.")
+    ] = availability.YEARS,
+    seed: Seed = None,
+    out: Out = OUT,
+) -> None:
+    """Tell how often devices stop the line, and what would have to fail for an accident."""
+    with refusals(scenario, out):
+        chosen = study.choose(scenario, seed=seed)
+        with bars() as shown:
+            bar = shown.add_task("availability")
+            found = availability.run_availability(
+                chosen,
+                scenario,
+                out,
+                years,
+                lambda done, total: shown.update(bar, completed=done, total=total),
+            )
+    header, rows = availability_texts(found.systems)
+    show_side_by_side(header, rows, kept=1, shown=SIDE_BY_SIDE - 1)
+    if found.source:
+        answers.print(f"In brackets: {escape(found.source)}", soft_wrap=True)
+    answers.print(f"Simulated: {years:,} years, means with 99 % intervals")
+    if found.tree:
+        header, rows = fault_tree_texts(found.tree)
+        show_table(header, *rows)
+    answers.print(f"Results: {found.folder}", soft_wrap=True)
 
 
 def _run(chosen: study.Study, out: Path) -> study.StudyResult:

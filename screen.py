@@ -13,6 +13,7 @@ from rich.table import Table
 
 import controllers
 import study
+from analysis import SavedRunError
 from scenarios import ScenarioError
 
 EXIT_BAD_INPUT = 2
@@ -73,7 +74,7 @@ def refusals(scenario: Path, out: Path) -> Iterator[None]:
     except controllers.ControllerError as error:
         place = "" if error.where.startswith("--") else f"{MAIN_FILE}: "
         complain(f"{scenario} cannot be run", [f"{place}{error}"])
-    except study.StudyError as error:
+    except (SavedRunError, study.StudyError) as error:
         complain(f"{scenario} cannot be run", [str(error)])
     except OSError as error:
         told = f"{error.filename or out}: {error.strerror}" if error.strerror else str(error)

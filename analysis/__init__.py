@@ -10,10 +10,20 @@ from analysis.capacity import (
 from analysis.capacity_publishing import CapacityTables, is_capacity_folder, publish_capacity
 from analysis.compare import comparison, comparison_texts
 from analysis.delay import technical_run_times_s
+from analysis.dependability import Endurance, availability_texts, fault_tree_texts
+from analysis.dependability_publishing import (
+    DependabilityTables,
+    is_dependability_folder,
+    publish_dependability,
+)
 from analysis.faults import FaultTables, fault_texts, publish_faults
 from analysis.interval_diagram import interval_figure
 from analysis.publishing import Findings, publish, put_in_place
+from analysis.radio_load import CellPoint, LoadCase, late_share
+from analysis.radio_publishing import RadioTables, is_radio_folder, publish_radio
+from analysis.radio_texts import radio_load_texts, radio_sentences
 from analysis.results import Results, is_results_folder, read_results, run_folder
+from analysis.saved_run import SavedRun, SavedRunError, read_saved_run
 from analysis.speed_distance import Curve, Panel, follower_panels, speed_distance_figure
 from analysis.summary import summary_frame
 from analysis.sweep import (
@@ -32,33 +42,50 @@ from analysis.tables import RunTables, read_run, run_tables, write_run
 __all__ = [
     "Assessment",
     "CapacityTables",
+    "CellPoint",
     "Curve",
+    "DependabilityTables",
+    "Endurance",
     "FaultTables",
     "Findings",
+    "LoadCase",
     "Occupation",
     "Panel",
+    "RadioTables",
     "Results",
     "RunTables",
+    "SavedRun",
+    "SavedRunError",
     "Stretches",
     "SweepTables",
+    "availability_texts",
     "capacity_texts",
     "comparison",
     "comparison_texts",
     "fault_texts",
+    "fault_tree_texts",
     "follower_panels",
     "headway_margin_s",
     "headway_texts",
     "interval_figure",
     "is_capacity_folder",
+    "is_dependability_folder",
+    "is_radio_folder",
     "is_results_folder",
+    "late_share",
     "measured_frame",
     "publish",
     "publish_capacity",
+    "publish_dependability",
     "publish_faults",
+    "publish_radio",
     "put_in_place",
+    "radio_load_texts",
+    "radio_sentences",
     "read_intervals",
     "read_results",
     "read_run",
+    "read_saved_run",
     "read_sweep",
     "run_folder",
     "run_tables",

@@ -1,8 +1,8 @@
 """
 The file formats: every key and column with its range, in field units.
 
-A unit stands in the name. The only module that knows pydantic; everything behind it works
-with the checked objects.
+A unit stands in the name. Everything behind it works with the checked objects. The files of single
+commands have modules of their own: ``radio_network`` and ``dependability``.
 """
 
 import math

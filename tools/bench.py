@@ -3,7 +3,8 @@ Speed beside bare SUMO: ``make bench``.
 
 The bare ``sumo`` binary runs the generated files as they are, driving the trains itself.
 Our run is the same line and trains under a controller with all records on, tables written.
-Both are timed in turn, so that a slow machine slows both, and the ratio is what counts.
+Both are timed in turn, so that a slow machine slows both, and the ratio is what counts. One hour
+of radio traffic is timed beside the clock.
 """
 
 import json
@@ -21,12 +22,15 @@ from typing import Any
 import numpy as np
 
 import study
-from analysis import run_tables, write_run
+from analysis import LoadCase, SavedRun, run_tables, write_run
+from analysis.saved_run import Trip
+from radio_load import EvenTrains, Question, perform
 from railway.control import Operation
+from railway.journey import booked_journey
 from railway.records import RunRecord
 from railway.scenario import Scenario
 from railway.state import Advice, Authority, LineState
-from scenarios import load
+from scenarios import load, load_radio_plan
 from sumo_net.build import build, sumo_binary
 from tools.replanning import replanning_ms
 
@@ -42,6 +46,8 @@ CONTROLLERS = (
     "approach_point_exclusive",
     "control_map",
 )
+TRAINS = 30
+"""On the line at any time of the hour of radio traffic. [-]"""
 PHASES = {
     "engine.observe": "observe",
     "protection.authorise": "protect",
@@ -234,6 +240,39 @@ def first_step_s(folder: Path) -> float:
     return times[-1]
 
 
+def radio_hour_s(scenario: Scenario, folder: Path) -> float:
+    """
+    Return the time that one hour of radio traffic takes.
+
+    Parameters
+    ----------
+    scenario
+        Whose first train gives the way that all trains run.
+    folder
+        Scenario folder.
+
+    Returns
+    -------
+    float
+        Wall time, median of some rounds. [s]
+    """
+    world = study.world_of(scenario, STEP_S)
+    journey = booked_journey(world, world.profile, 0)
+    time_s = np.arange(journey.time_s[0], journey.time_s[-1], 1.0)
+    trips = (Trip(time_s, journey.at(time_s)[0]),)
+    run = SavedRun(folder, "booked", scenario.seed, "", trips)
+    question = Question(load_radio_plan(folder, scenario.line), run, scenario.seed)
+    times_s = []
+    for _ in range(ROUNDS):
+        started = perf_counter()
+        found = perform(question, EvenTrains(0, TRAINS))
+        times_s.append(perf_counter() - started)
+        if not isinstance(found, LoadCase) or round(found.trains) != TRAINS:
+            msg = "not the traffic that was to be timed"
+            raise TypeError(msg)
+    return statistics.median(times_s)
+
+
 def _run(scenario: Scenario, name: str, **options: Any) -> RunRecord:  # noqa: ANN401
     spec = next(spec for spec in scenario.controllers if spec.name == name)
     return study.run_once(scenario, spec, scenario.seed, STEP_S, **options)
@@ -260,6 +299,7 @@ def main() -> None:
         }
     # Its maps are the protection's, and made on a line full of trains.
     figures["control_map"]["planning_ms"] = replanning_ms(scenario)
+    figures["radio_hour_s"] = round(radio_hour_s(scenario, folder), 2)
     baseline = figures["close_up"]
     figures["ratio_to_sumo"] = baseline["ratio_to_sumo"]
     figures["train_steps_per_s"] = baseline["train_steps_per_s"]

@@ -1,9 +1,9 @@
 """
 Write the result tables of the documentation from ``out/``: ``make readme``.
 
-Reads what the make targets ``rush-hour``, ``capacity``, ``sakai``, ``takaoka``, ``seeds``,
-``limits``, ``reserve``, ``losses``, ``steps`` and ``bench`` left, and replaces the text between
-``<!-- name -->`` and ``<!-- end -->``.
+Reads what the make targets ``rush-hour``, ``capacity``, ``radio``, ``availability``, ``sakai``,
+``takaoka``, ``seeds``, ``limits``, ``reserve``, ``losses``, ``steps`` and ``bench`` left, and
+replaces the text between ``<!-- name -->`` and ``<!-- end -->``.
 """
 
 import json
@@ -16,10 +16,12 @@ import numpy as np
 import pandas as pd
 
 from analysis import comparison, comparison_texts, read_results
-from analysis.figures import write_figure
+from analysis.dependability import ROWS as AVAILABILITY_ROWS
+from analysis.figures import label_of, write_figure
+from analysis.radio_load import LABELS as RADIO_LABELS
 from analysis.sweep import SWEEP_INDICATORS
 from analysis.time_distance import time_distance_figure
-from tools.bench import CONTROLLERS
+from tools.bench import CONTROLLERS, TRAINS
 
 PROJECT = Path(__file__).parents[1]
 OUT = PROJECT / "out"
@@ -50,6 +52,10 @@ FIGURES = {
     "time_distance": "time_distance",
     "rush_hour_capacity/capacity": "capacity",
     "rush_hour_capacity/stairway": "stairway",
+    "rush_hour_radio/radio_load": "radio_load",
+    "rush_hour_radio/cell_capacity": "cell_capacity",
+    "control_map_availability/availability": "availability",
+    "control_map_availability/fault_tree": "fault_tree",
     "sakai_case1/intervals": "intervals",
     "atd_headway/speed_distance": "atd_headway",
     "losses/losses": "losses",
@@ -231,6 +237,65 @@ def capacity_table() -> str:
     return _markdown(["", *(f"`{name}`" for name in table.index)], rows)
 
 
+def radio_table() -> str:
+    """Return the radio load of the central system beside the published one."""
+    table = pd.read_csv(OUT / "rush_hour_radio" / "radio_load.csv")
+    table = table[table["system"] == "central"]
+    header, columns = [""], []
+    for case, own in table.groupby("case", sort=False):
+        found = own.set_index("indicator")
+        header.append(str(case) if " " in str(case) else f"`{case}`")
+        columns.append(found["value"])
+        if found["published"].notna().any():
+            header.append("published")
+            columns.append(found["published"])
+    names = [name for name in RADIO_LABELS if name in columns[0].index]
+    rows = [
+        [RADIO_LABELS[name], *(_radio_cell(name, it[name]) for it in columns)] for name in names
+    ]
+    return _markdown(header, rows)
+
+
+def _radio_cell(name: str, value: float) -> str:
+    if np.isnan(value):
+        return "-"
+    return f"{value:.2f}" if name.endswith("_s") else f"{value:.1f}"
+
+
+def availability_table() -> str:
+    """Return failures, stopped time and availability beside the published ones."""
+    folder = OUT / "control_map_availability"
+    table = pd.read_csv(folder / "availability.csv").set_index("system")
+    rows = [
+        [
+            label,
+            *(
+                f"{ours:.{decimals}f} ({told:.{decimals}f})"
+                for ours, told in zip(table[name], table[f"published_{name}"], strict=True)
+            ),
+        ]
+        for name, (label, decimals) in AVAILABILITY_ROWS.items()
+    ]
+    years = pd.read_csv(folder / "outages.csv").set_index(["indicator", "system"])
+    for name, label in (
+        ("failures_per_year", "failures per year, simulated"),
+        ("whole_stops_per_year", "stops of the whole line per year, simulated"),
+    ):
+        cells = [years.loc[(name, system)] for system in table.index]
+        rows.append([label, *(f"{it['mean']:.3f} ± {it['half_width']:.3f}" for it in cells)])
+    return _markdown(["", *(label_of(name) for name in table.index)], rows)
+
+
+def radio_speed() -> str:
+    """Return how fast radio traffic is simulated."""
+    figures = json.loads((OUT / "bench.json").read_text(encoding="utf-8"))
+    taken_s = figures["radio_hour_s"]
+    return (
+        f"One hour of radio traffic of {TRAINS} trains takes {taken_s:.1f} s, "
+        f"{3600.0 / taken_s:,.0f} times as fast as real time."
+    )
+
+
 def draw_rush_hour() -> None:
     """Draw some controllers of the rush hour."""
     results = read_results(OUT / "rush_hour")
@@ -264,6 +329,9 @@ def main() -> None:
     _replace(readme, "protections", lambda: comparison_table(seeds, PROTECTED))
     _replace(readme, "headways", headways_table)
     _replace(readme, "capacity", capacity_table)
+    _replace(readme, "radio", radio_table)
+    _replace(readme, "availability", availability_table)
+    _replace(readme, "radio-speed", radio_speed)
     _replace(readme, "eco", lambda: comparison_table(OUT / "eco_driving", (), ECO))
     _replace(readme, "limits", limits_table)
     _replace(readme, "own-seed-map", lambda: comparison_table(OUT / "rush_hour", MAPPED))
