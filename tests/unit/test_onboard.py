@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from controllers.control_map.onboard import CREEP_MPS, HEADROOM_MPS, keep_bands
-from railway.arrays import FloatArray
 
 STEP_S, MOMENT_S = 0.1, 0.5
 BRAKE_MPS2 = 1.0
@@ -28,7 +27,7 @@ def keep(
     meant: bool = True,
 ) -> tuple[float, float, float]:
     """Ask one train that has heard a telegram sent at 100 s; it went by one of 99 s before."""
-    sent: tuple[FloatArray, ...] = (
+    sent = (
         np.array([100.0, 99.0]),
         np.array([[limits_m], [(1100.0,) * 11]]),
         np.array([[planned_mps], [(5.0,) * 11]]),
@@ -43,7 +42,7 @@ def keep(
         np.array([to_stop_m]),
         np.ones(1, dtype=np.bool_),
         np.array([100.0]),
-        (*sent, np.array([[meant], [True]])),  # type: ignore[arg-type]
+        (*sent, np.array([[meant], [True]])),
         np.array([99.0]),
         np.array([held_m]),
         (LEVEL, np.zeros(1), np.array([BRAKE_MPS2])),
