@@ -49,6 +49,17 @@ class RadioSpec:
     """How much longer rows of losses are, in the mean, than independent ones would be. [-]"""
     outages: tuple[Outage, ...] = ()
 
+    @property
+    def oldest_knowledge_s(self) -> float:
+        """
+        How old the report can be that commands count on if nothing is lost. [s]
+
+        At the end of the time for which a train goes by one telegram.
+        """
+        # When a telegram is sent, the report that has surely arrived is cycles and a half old.
+        cycles = max(math.ceil(self.delay_most_s / self.cycle_s - 0.5), 0)
+        return (cycles + 1.5) * self.cycle_s + self.delay_most_s
+
     def last_report_s(self, time_s: float) -> float:
         """
         Return when trains have reported last: at multiples of the cycle.

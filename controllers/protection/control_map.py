@@ -114,8 +114,7 @@ class ControlMap:
     def __init__(self, world: World, options: ControlMapOptions, radio: RadioSpec) -> None:
         self._world, self._options, self._radio = world, options, radio
         self.profile = world.profile
-        # A report is a cycle old when the next one comes, and both ways take their time.
-        self.release_delay_s = 2.0 * radio.cycle_s + 2.0 * radio.delay_most_s
+        self.release_delay_s = radio.oldest_knowledge_s
         self._ceiling = LineCeiling(world, world.profile)
         self._order, self._layers, self._ways = order_of(world), layers_of(world), ways_of(world)
         self._no_delay_s = np.zeros(world.size)

@@ -87,7 +87,7 @@ class OverRadio:
         self.profile = inner.profile
         self.delay_s = inner.delay_s
         self.idle_time_s = inner.idle_time_s
-        self.release_delay_s = inner.release_delay_s + normal_age_s(radio)
+        self.release_delay_s = inner.release_delay_s + radio.oldest_knowledge_s
         self._nothing_commanded = np.full(world.size, np.inf)
         # Whatever a train may still hear, or go by when it hears it, is remembered.
         self._slots = math.ceil((HORIZON_S + radio.delay_most_s) / radio.cycle_s) + 2
@@ -233,25 +233,6 @@ class OverRadio:
             Speeds. [m/s], shape (n_places,)
         """
         return self._inner.permitted_mps(row, front_m, limit_m)
-
-
-def normal_age_s(radio: RadioSpec) -> float:
-    """
-    Return how old the report can be that a limit counts on if nothing is lost.
-
-    Parameters
-    ----------
-    radio
-        The radio.
-
-    Returns
-    -------
-    float
-        At the end of the time for which a train goes by one telegram. [s]
-    """
-    # The report that has surely arrived when a telegram is sent is so many cycles and a half old.
-    cycles = max(math.ceil(radio.delay_most_s / radio.cycle_s - 0.5), 0)
-    return (cycles + 1.5) * radio.cycle_s + radio.delay_most_s
 
 
 def _added(telegrams: Telegrams, sent_s: float, limit_m: FloatArray) -> Telegrams:

@@ -9,7 +9,7 @@ import pytest
 from controllers import ControllerError, build
 from controllers.protection.ceiling import LineCeiling
 from controllers.protection.moving_block import MovingBlock, MovingBlockOptions
-from controllers.protection.over_radio import HORIZON_S, OnAir, OverRadio, normal_age_s
+from controllers.protection.over_radio import HORIZON_S, OnAir, OverRadio
 from railway.radio import LOSSLESS, Outage, Radio, RadioSpec
 from railway.scenario import ControllerSpec, Scenario
 from railway.state import Authority, LineState, Reason
@@ -102,7 +102,7 @@ def test_without_losses_a_queue_is_only_as_late_as_its_knowledge() -> None:
     assert record.violations == ()
     behind_s = (record.arrival_s - plain.arrival_s)[:, 1]
     # Everybody waits for the knowledge of one train more.
-    latest_s = np.arange(4) * (normal_age_s(LOSSLESS) + 2.0 * scenario.step_s)
+    latest_s = np.arange(4) * (LOSSLESS.oldest_knowledge_s + 2.0 * scenario.step_s)
     assert np.all(behind_s >= -1e-9)
     assert np.all(behind_s <= latest_s)
     assert behind_s[3] > 0.0
