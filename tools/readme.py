@@ -130,6 +130,37 @@ def reserve_table() -> str:
     return _markdown(header, rows)
 
 
+def faults_table() -> str:
+    """Return what faults of a control map did, by failure mode."""
+    table = pd.read_csv(OUT / "control_map_faults" / "fault_table.csv")
+    rows = [
+        [
+            f"{row['kind']}: {row['variant']}",
+            f"{row['runs']:.0f}",
+            f"{row['detected_percent']:.0f} %",
+            "-" if np.isnan(row["detected_after_s"]) else f"{row['detected_after_s']:.1f} s",
+            row["reaction"],
+            f"{row['trains_braked']:.2f}",
+            f"{row['trains_stopped']:.2f}",
+            f"{row['delay_caused_s']:.1f} s",
+            f"{row['unsafe_events']:.0f}",
+        ]
+        for row in table.to_dict("records")
+    ]
+    header = [
+        "fault",
+        "runs",
+        "detected",
+        "after",
+        "reaction",
+        "trains braked",
+        "trains stopped",
+        "delay caused",
+        "unsafe events",
+    ]
+    return _markdown(header, rows)
+
+
 def losses_table() -> str:
     """Return delay and emergency brakings against the loss of telegrams."""
     means = (
@@ -338,6 +369,7 @@ def main() -> None:
     _replace(readme, "seeds-map", lambda: comparison_table(seeds, MAPPED))
     _replace(readme, "reserve", reserve_table)
     _replace(readme, "losses", losses_table)
+    _replace(readme, "faults", faults_table)
     _replace(readme, "sakai", sakai_table)
     _replace(readme, "bench", bench_table)
     _replace(model, "steps", steps_table)
