@@ -118,7 +118,7 @@ def reserve_table() -> str:
     table = pd.read_csv(OUT / "reserve.csv")
     rows = [
         [
-            f"`{row['controller']}`".replace("control_map_", "control_map`, `"),
+            re.sub(r"^`control_map_(\d+)s`$", r"`control_map`, \1 s", f"`{row['controller']}`"),
             f"{row['interstation_stop_time_s']:.0f} s",
             f"{row['mean_arrival_delay_s']:.1f} s",
             f"{row['final_arrival_delay_s']:.1f} s",
