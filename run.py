@@ -308,7 +308,8 @@ def show_radio(
     for sentence in radio_sentences(found.cases, found.points, found.plan):
         answers.print(escape(sentence))
     if found.run.scenario_digest != chosen.scenario.digest:
-        answers.print(f"{escape(str(place))}: of a scenario that has been changed since.")
+        told = f"{escape(str(place))}: of a scenario that has been changed since."
+        answers.print(told, soft_wrap=True)
     answers.print(f"Results: {found.folder}", soft_wrap=True)
 
 

@@ -40,7 +40,7 @@ def results(place: Path, screen: Screen) -> Path:
 
 
 def test_the_screen_tells_what_became_of_each_fault(screen: Screen, results: Path) -> None:
-    for told in ("fault", "detection", "reaction", "trains stopped", "delay caused", "unsafe"):
+    for told in ("fault", "detection", "reaction", "stopped", "caused", "unsafe"):
         assert told in screen.answers
     assert f"Results: {results}" in screen.answers
     assert "100 %" in screen.complaints
