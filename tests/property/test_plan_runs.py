@@ -95,15 +95,10 @@ def test_a_run_can_stop_before_its_limit_at_every_moment(
     assert np.all(planned_mps >= 0.0)
     assert np.all(np.diff(front_m) >= 0.0)
     assert np.all(front_m <= STOP_M + 0.5)
-    assert np.all(
-        planned_mps
-        <= 1e-6
-        + np.sqrt(
-            at_each(
-                2.0 * world.profile.ceiling_m2ps2.ravel(), front_m, np.full(1, world.row_start[0])
-            )
-        )
-    )
+    assert np.all(planned_mps <= TRAIN.maximum_speed_mps + 1e-6)
+    for limit in limits:
+        inside = (front_m >= limit.start_m) & (front_m <= limit.end_m + LENGTH_M)
+        assert np.all(planned_mps[inside] <= limit.limit_mps + 1e-6)
 
 
 @MANY
@@ -111,7 +106,11 @@ def test_a_run_can_stop_before_its_limit_at_every_moment(
 def test_a_free_run_is_the_run_that_the_drive_makes(
     gradients: list[Gradient], limits: list[SpeedLimit]
 ) -> None:
-    """A step of 0.5 s loses a second or two on the way against one of 0.02 s, and gains none."""
+    """
+    A step of 0.5 s loses less than a second on the way against one of 0.02 s.
+
+    It gains at most itself where a limit ends, since it may begin up to a step before the end.
+    """
     world = world_with(gradients, limits)
     coarse, fine = trains_on(world), trains_of(world, Pace(0.02, 0.5, 0.0, 25.0))
     arrivals_s = []
@@ -130,4 +129,5 @@ def test_a_free_run_is_the_run_that_the_drive_makes(
         )
         assert hindered == 0
         arrivals_s.append(arrival_s)
-    assert -0.6 <= arrivals_s[0] - arrivals_s[1] <= 4.0
+    passed = sum(limit.end_m + LENGTH_M > 300.0 for limit in limits)
+    assert -STEP_S * (passed + 0.2) <= arrivals_s[0] - arrivals_s[1] <= 1.0
