@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import TypeAlias
 
 from analysis import (
+    DEPENDABILITY_FILES,
     DependabilityTables,
     Endurance,
-    is_dependability_folder,
     publish_dependability,
+    refuse_foreign,
 )
 from provenance import provenance_of
 from railway.availability import simulate_outages
@@ -66,9 +67,7 @@ def run_availability(
     folder = out / f"{study.scenario.name}_availability"
     systems, source, digest = load_configurations(scenario_folder)
     tree = load_fault_tree(scenario_folder)
-    if folder.exists() and not is_dependability_folder(folder):
-        msg = f"{folder}: exists and holds no results of this program; choose another folder"
-        raise FileExistsError(msg)
+    refuse_foreign(folder, DEPENDABILITY_FILES)
     try:
         if tree:
             for top in tree.tops:

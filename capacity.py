@@ -5,9 +5,8 @@ Headways and blocking times follow from what a protection foresees; two trains o
 them. ``run.py capacity`` gives this a command line.
 """
 
-import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from enum import Enum
 from functools import partial
@@ -18,12 +17,13 @@ import numpy as np
 
 import controllers
 from analysis import (
+    CAPACITY_FILES,
     Assessment,
     CapacityTables,
     Occupation,
     Stretches,
-    is_capacity_folder,
     publish_capacity,
+    refuse_foreign,
 )
 from provenance import provenance_of
 from railway.arrays import FloatArray
@@ -36,7 +36,7 @@ from railway.timetable import Service, Timetable
 from railway.world import World
 from study import Study, StudyError, StudyResult, world_of
 from two_trains import foresight_of, simulated_headway_s
-from workers import in_processes
+from workers import performed
 
 GRID_M = 50.0
 """Length of a stretch of line where there are no blocks. [m]"""
@@ -129,7 +129,8 @@ def assess_capacity(
         ]
     theory: dict[str, Assessment] = {}
     simulated_s = {name: np.full(len(known_s), np.nan) for name, known_s in by_theory_s.items()}
-    for finished, (task, answer) in enumerate(_answers(study, tasks), start=1):
+    answers = performed(partial(_perform, study), tasks, study.jobs)
+    for finished, (task, answer) in enumerate(answers, start=1):
         if isinstance(answer, Assessment):
             theory[task.controller] = answer
         else:
@@ -181,16 +182,6 @@ def _first_alike(specs: Sequence[ControllerSpec]) -> dict[str, str]:
 def _technical(world: World, foresight: Foresight, row: int) -> tuple[Journey, tuple[Headway, ...]]:
     journey = technical_journey(world, foresight.profile, row)
     return journey, technical_headways(world, foresight, journey)
-
-
-def _answers(study: Study, tasks: Sequence[Task]) -> Iterator[tuple[Task, Assessment | FloatArray]]:
-    perform = partial(_perform, study)
-    if study.jobs == 1 or len(tasks) == 1:
-        for task in tasks:
-            yield perform(task, lambda _: None)
-    else:
-        with tempfile.TemporaryDirectory(prefix="kankaku-") as scratch:
-            yield from in_processes(perform, tasks, study.jobs, Path(scratch), lambda *_: None)
 
 
 def _perform(
@@ -311,9 +302,7 @@ def run_capacity(
         If something else stands where the results would go.
     """
     folder = out / f"{study.scenario.name}_capacity"
-    if folder.exists() and not is_capacity_folder(folder):
-        msg = f"{folder}: exists and holds no results of this program; choose another folder"
-        raise FileExistsError(msg)
+    refuse_foreign(folder, CAPACITY_FILES)
     started = time.perf_counter()
     assessments = assess_capacity(study, check, progress)
     told = provenance_of(study, StudyResult(folder), time.perf_counter() - started)

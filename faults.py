@@ -6,9 +6,8 @@ Every run has one fault of one unit; it is compared with a run of the same seed 
 """
 
 import json
-import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -17,7 +16,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 import controllers
-from analysis import FaultTables, publish_faults
+from analysis import FaultTables, publish_faults, refuse_foreign
 from controllers.control_map.measuring import CENTRE_ROW, Notice
 from controllers.control_map.wrong_maps import WrongMaps
 from controllers.protection.control_map import ControlMapOptions, Memory
@@ -28,7 +27,7 @@ from railway.records import RunRecord
 from railway.scenario import ControllerSpec
 from railway.state import Authority, LineState, Reason
 from study import Study, StudyError, StudyResult, run_once, world_of
-from workers import in_processes
+from workers import performed
 
 VERSION = 1
 """Of what a run of the campaign is; runs of another one are not continued."""
@@ -154,15 +153,14 @@ def run_campaign(
         msg = f"--controller: {chosen}; allowed: one with the protection {PROTECTION}"
         raise StudyError(msg)
     folder = out / f"{campaign.study.scenario.name}_faults"
-    if folder.exists() and any(folder.iterdir()) and not (folder / JOURNAL).is_file():
-        msg = f"{folder}: exists and holds no results of this program; choose another folder"
-        raise FileExistsError(msg)
+    refuse_foreign(folder, (JOURNAL,))
     started = time.perf_counter()
     folder.mkdir(parents=True, exist_ok=True)
     journal = Journal(folder / JOURNAL, campaign)
     interrupted = False
     try:
-        for finding in _findings(campaign, journal.missing(campaign.tasks)):
+        missing = journal.missing(campaign.tasks)
+        for finding in performed(partial(_perform, campaign), missing, campaign.study.jobs):
             journal.add(finding)
             progress(len(journal.done), len(campaign.tasks))
     except KeyboardInterrupt:
@@ -278,17 +276,6 @@ def _row(finding: Finding, usual: Finding) -> dict[str, Any]:
         "unsafe_events": finding["unsafe_events"],
         "first_event": finding["first_event"],
     }
-
-
-def _findings(campaign: Campaign, tasks: Sequence[Task]) -> Iterator[Finding]:
-    perform = partial(_perform, campaign)
-    if campaign.study.jobs == 1 or len(tasks) <= 1:
-        for task in tasks:
-            yield perform(task, lambda _: None)
-    else:
-        with tempfile.TemporaryDirectory(prefix="kankaku-") as scratch:
-            jobs = campaign.study.jobs
-            yield from in_processes(perform, tasks, jobs, Path(scratch), lambda *_: None)
 
 
 def _perform(campaign: Campaign, task: Task, _: Callable[[float], None]) -> Finding:

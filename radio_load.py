@@ -4,9 +4,8 @@ Radio load: what the trains of a saved run ask of the radio network of a scenari
 ``run.py radio`` gives this a command line.
 """
 
-import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -15,14 +14,15 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from analysis import (
+    RADIO_FILES,
     CellPoint,
     LoadCase,
     RadioTables,
     SavedRun,
-    is_radio_folder,
     late_share,
     publish_radio,
     read_saved_run,
+    refuse_foreign,
 )
 from provenance import provenance_of
 from railway.arrays import FloatArray
@@ -30,7 +30,7 @@ from railway.network import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
 from scenarios import load_radio_plan
 from study import Study, StudyResult
 from telecom import simulate
-from workers import in_processes
+from workers import performed
 
 EVEN_S = 3600.0
 """How long evenly spaced trains are simulated. [s]"""
@@ -184,15 +184,6 @@ def _perform(question: Question, task: Task, _: Callable[[float], None]) -> tupl
     return task, perform(question, task)
 
 
-def _answers(question: Question, tasks: Sequence[Task], jobs: int) -> Iterator[tuple[Task, Found]]:
-    if jobs == 1:
-        yield from ((task, perform(question, task)) for task in tasks)
-    else:
-        with tempfile.TemporaryDirectory(prefix="kankaku-") as scratch:
-            one = partial(_perform, question)
-            yield from in_processes(one, tasks, jobs, Path(scratch), lambda *_: None)
-
-
 def run_radio(
     study: Study,
     scenario_folder: Path,
@@ -235,15 +226,13 @@ def run_radio(
     """
     folder = out / f"{study.scenario.name}_radio"
     plan = load_radio_plan(scenario_folder, study.scenario.line)
-    if folder.exists() and not is_radio_folder(folder):
-        msg = f"{folder}: exists and holds no results of this program; choose another folder"
-        raise FileExistsError(msg)
+    refuse_foreign(folder, RADIO_FILES)
     started = time.perf_counter()
     run = read_saved_run(results, controller)
     question = Question(plan, run, study.seeds[0])
     tasks, found = tasks_of(plan), {}
     progress(0, len(tasks))
-    for task, answer in _answers(question, tasks, study.jobs):
+    for task, answer in performed(partial(_perform, question), tasks, study.jobs):
         found[task] = answer
         progress(len(found), len(tasks))
     in_order = [found[task] for task in tasks]

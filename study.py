@@ -17,11 +17,12 @@ import pandas as pd
 
 import controllers
 from analysis import (
+    RESULT_FILES,
     SweepTables,
-    is_results_folder,
     publish,
     put_in_place,
     read_run,
+    refuse_foreign,
     run_folder,
     run_tables,
     shown_delays_s,
@@ -37,7 +38,7 @@ from scenarios import load
 from sumo_net.build import build, build_native
 from sumo_net.engine import SumoEngine
 from sumo_net.native import NativeEngine, PeerError
-from workers import in_processes
+from workers import performed
 
 
 class StudyError(ValueError):
@@ -239,9 +240,7 @@ def run_study(study: Study, out: Path, progress: Progress = lambda *_: None) -> 
         If something else stands where the results would go.
     """
     target = out / study.scenario.name
-    if target.exists() and not is_results_folder(target):
-        msg = f"{target}: exists and holds no results of this program; choose another folder"
-        raise FileExistsError(msg)
+    refuse_foreign(target, RESULT_FILES)
     world = world_of(study.scenario, study.step_s)
     built = [controllers.build(spec, world, study.scenario.radio) for spec in study.specs]
     by_radio = frozenset(controller.name for controller in built if controller.by_radio)
@@ -325,12 +324,7 @@ def _outcomes(study: Study, work: Path, progress: Progress) -> Iterator[Outcome]
     def tell(task: Task, time_s: float) -> None:
         progress(task, time_s - begin_s, end_s - begin_s)
 
-    perform = partial(_perform, study, work)
-    if study.jobs == 1 or len(study.tasks) == 1:
-        for task in study.tasks:
-            yield perform(task, partial(tell, task))
-    else:
-        yield from in_processes(perform, study.tasks, study.jobs, work / "scratch", tell)
+    yield from performed(partial(_perform, study, work), study.tasks, study.jobs, tell, work.parent)
 
 
 def _expected_span_s(scenario: Scenario) -> tuple[float, float]:

@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from queue import Empty
 from typing import Any, TypeAlias, TypeVar
@@ -20,34 +21,49 @@ _reports: list[Reports] = []
 """The queue of a worker process; empty in the parent."""
 
 
-def in_processes(
+def performed(
     perform: Perform[TaskT, Result],
     tasks: Sequence[TaskT],
     jobs: int,
-    scratch: Path,
-    tell: Callable[[TaskT, float], None],
+    tell: Callable[[TaskT, float], None] = lambda *_: None,
+    folder: Path | None = None,
 ) -> Iterator[Result]:
     """
-    Perform tasks in parallel and yield results as they come.
+    Perform tasks and yield results as they come.
 
     Parameters
     ----------
     perform
-        Called in a worker process with a task and a function that takes reports of progress.
+        Called with a task and a function that takes reports of progress.
     tasks
         What to do; tasks, ``perform`` and results cross processes.
     jobs
-        Processes to use.
-    scratch
-        Folder for temporary files of the workers; the caller removes it.
+        Processes to use; with one, or for one task, everything is done in this process.
     tell
         Called here with a task and what it reported.
+    folder
+        Where workers keep temporary files; they are removed. The system's place if None.
 
     Yields
     ------
     Result
         Results in order of completion. If the caller gives up, the workers are ended.
     """
+    if jobs == 1 or len(tasks) <= 1:
+        for task in tasks:
+            yield perform(task, partial(tell, task))
+    else:
+        with tempfile.TemporaryDirectory(prefix="kankaku-", dir=folder) as scratch:
+            yield from _in_processes(perform, tasks, jobs, tell, Path(scratch))
+
+
+def _in_processes(
+    perform: Perform[TaskT, Result],
+    tasks: Sequence[TaskT],
+    jobs: int,
+    tell: Callable[[TaskT, float], None],
+    scratch: Path,
+) -> Iterator[Result]:
     # Forking a process in which SUMO has run is not safe.
     context = multiprocessing.get_context("spawn")
     reports: Reports = context.Queue()
@@ -77,7 +93,6 @@ def _drain(reports: Reports) -> Iterator[tuple[Any, float]]:
 def _begin(reports: Reports, scratch: Path) -> None:
     # The parent decides what Ctrl-C means, and removes what an ended process leaves behind.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    scratch.mkdir(parents=True, exist_ok=True)
     tempfile.tempdir = str(scratch)
     _reports.append(reports)
 

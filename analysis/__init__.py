@@ -7,22 +7,22 @@ from analysis.capacity import (
     capacity_texts,
     headway_texts,
 )
-from analysis.capacity_publishing import CapacityTables, is_capacity_folder, publish_capacity
+from analysis.capacity_publishing import CAPACITY_FILES, CapacityTables, publish_capacity
 from analysis.compare import comparison, comparison_texts
 from analysis.delay import technical_run_times_s
 from analysis.dependability import Endurance, availability_texts, fault_tree_texts
 from analysis.dependability_publishing import (
+    DEPENDABILITY_FILES,
     DependabilityTables,
-    is_dependability_folder,
     publish_dependability,
 )
 from analysis.faults import FaultTables, fault_texts, publish_faults
 from analysis.interval_diagram import interval_figure
 from analysis.publishing import Findings, publish, put_in_place
 from analysis.radio_load import CellPoint, LoadCase, late_share
-from analysis.radio_publishing import RadioTables, is_radio_folder, publish_radio
+from analysis.radio_publishing import RADIO_FILES, RadioTables, publish_radio
 from analysis.radio_texts import radio_load_texts, radio_sentences
-from analysis.results import Results, is_results_folder, read_results, run_folder
+from analysis.results import RESULT_FILES, Results, read_results, refuse_foreign, run_folder
 from analysis.saved_run import SavedRun, SavedRunError, read_saved_run
 from analysis.speed_distance import Curve, Panel, follower_panels, speed_distance_figure
 from analysis.summary import summary_frame
@@ -40,6 +40,10 @@ from analysis.sweep import (
 from analysis.tables import RunTables, read_run, run_tables, write_run
 
 __all__ = [
+    "CAPACITY_FILES",
+    "DEPENDABILITY_FILES",
+    "RADIO_FILES",
+    "RESULT_FILES",
     "Assessment",
     "CapacityTables",
     "CellPoint",
@@ -68,10 +72,6 @@ __all__ = [
     "headway_margin_s",
     "headway_texts",
     "interval_figure",
-    "is_capacity_folder",
-    "is_dependability_folder",
-    "is_radio_folder",
-    "is_results_folder",
     "late_share",
     "measured_frame",
     "publish",
@@ -87,6 +87,7 @@ __all__ = [
     "read_run",
     "read_saved_run",
     "read_sweep",
+    "refuse_foreign",
     "run_folder",
     "run_tables",
     "shown_delays_s",

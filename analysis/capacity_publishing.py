@@ -23,6 +23,9 @@ from analysis.results import COLUMNS, STATIONS, columns_frame, stations_frame
 from analysis.schema import csv_text, json_text, write_whole
 from railway.scenario import Scenario
 
+CAPACITY_FILES = ("capacity.csv", "columns.csv")
+"""Every results folder of this kind has them."""
+
 
 class CapacityTables(NamedTuple):
     """What was written, and where."""
@@ -30,23 +33,6 @@ class CapacityTables(NamedTuple):
     folder: Path
     headways: pd.DataFrame
     capacity: pd.DataFrame
-
-
-def is_capacity_folder(folder: Path) -> bool:
-    """
-    Return whether a folder holds what :func:`publish_capacity` wrote.
-
-    Parameters
-    ----------
-    folder
-        Any path.
-
-    Returns
-    -------
-    bool
-        It has the tables of capacity and of columns.
-    """
-    return all((folder / name).is_file() for name in ("capacity.csv", "columns.csv"))
 
 
 def publish_capacity(

@@ -26,6 +26,9 @@ from railway.fault_tree import FaultTree
 
 OF_THE_TREE = ("top_events.csv", "cut_sets.csv", "fault_tree.png", "fault_tree.svg")
 
+DEPENDABILITY_FILES = ("availability.csv", "columns.csv")
+"""Every results folder of this kind has them."""
+
 
 class DependabilityTables(NamedTuple):
     """What was found and written, and where."""
@@ -36,23 +39,6 @@ class DependabilityTables(NamedTuple):
     source: str
     availability: pd.DataFrame
     outages: pd.DataFrame
-
-
-def is_dependability_folder(folder: Path) -> bool:
-    """
-    Return whether a folder holds what :func:`publish_dependability` wrote.
-
-    Parameters
-    ----------
-    folder
-        Any path.
-
-    Returns
-    -------
-    bool
-        It has the tables of availability and of columns.
-    """
-    return all((folder / name).is_file() for name in ("availability.csv", "columns.csv"))
 
 
 def publish_dependability(

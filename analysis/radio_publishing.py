@@ -26,6 +26,9 @@ from analysis.saved_run import SavedRun
 from analysis.schema import csv_text, json_text, write_whole
 from railway.network import RadioPlan
 
+RADIO_FILES = ("radio_load.csv", "columns.csv")
+"""Every results folder of this kind has them."""
+
 
 class RadioTables(NamedTuple):
     """What was found and written, and where."""
@@ -37,23 +40,6 @@ class RadioTables(NamedTuple):
     points: Sequence[CellPoint]
     load: pd.DataFrame
     cell_capacity: pd.DataFrame
-
-
-def is_radio_folder(folder: Path) -> bool:
-    """
-    Return whether a folder holds what :func:`publish_radio` wrote.
-
-    Parameters
-    ----------
-    folder
-        Any path.
-
-    Returns
-    -------
-    bool
-        It has the tables of the load and of columns.
-    """
-    return all((folder / name).is_file() for name in ("radio_load.csv", "columns.csv"))
 
 
 def publish_radio(  # noqa: PLR0917 - what was asked, found and done

@@ -1,7 +1,7 @@
 """Reading a results folder in one call, for notebooks and scripts."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,8 @@ COLUMNS = (
     Column("unit", "str", "", "unit; empty for texts and counts"),
     Column("meaning", "str", "", "meaning"),
 )
+RESULT_FILES = ("summary.csv", "columns.csv")
+"""Every results folder of a run has them."""
 WRITTEN_TABLES: Mapping[str, tuple[Column, ...]] = {
     "summary": SUMMARY,
     "stations": STATIONS,
@@ -185,21 +187,30 @@ def columns_frame(tables: Mapping[str, tuple[Column, ...]] = WRITTEN_TABLES) -> 
     return rows_frame(rows, COLUMNS)
 
 
-def is_results_folder(folder: Path) -> bool:
+def refuse_foreign(folder: Path, files: Sequence[str]) -> None:
     """
-    Return whether a folder holds results of this program.
+    Raise an error if something else stands where results would go.
 
     Parameters
     ----------
     folder
         Any path.
+    files
+        What every results folder of the kind has.
 
-    Returns
-    -------
-    bool
-        It has a summary and the explanation of its columns.
+    Raises
+    ------
+    FileExistsError
+        If there is something, neither such results nor an empty folder.
     """
-    return all((folder / name).is_file() for name in ("summary.csv", "columns.csv"))
+    empty = folder.is_dir() and not any(folder.iterdir())
+    if folder.exists() and not empty and not _holds(folder, files):
+        msg = f"{folder}: exists and holds no results of this program; choose another folder"
+        raise FileExistsError(msg)
+
+
+def _holds(folder: Path, files: Sequence[str]) -> bool:
+    return all((folder / name).is_file() for name in files)
 
 
 def read_results(folder: str | Path, *, trajectories: bool = True) -> Results:
@@ -229,12 +240,12 @@ def read_results(folder: str | Path, *, trajectories: bool = True) -> Results:
     if not place.is_dir():
         msg = f"{place}: no such results folder; run a scenario first"
         raise FileNotFoundError(msg)
-    if not is_results_folder(place):
-        msg = f"{place}: not a results folder, it has no summary.csv and columns.csv"
+    if not _holds(place, RESULT_FILES):
+        msg = f"{place}: not a results folder, it has no {' and '.join(RESULT_FILES)}"
         raise FileNotFoundError(msg)
     summary = read_csv(place / "summary.csv", SUMMARY)
     provenance = place / "provenance.json"
-    swept = all((place / f"{table}.csv").is_file() for table in SWEPT_TABLES)
+    swept = _holds(place, [f"{table}.csv" for table in SWEPT_TABLES])
     runs = summary[["controller", "seed", "initial_delay_s"]].itertuples(index=False, name=None)
     return Results(
         folder=place,

@@ -4,6 +4,7 @@ import numpy as np
 
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
+from railway.line import Line
 from railway.world import World
 
 
@@ -23,8 +24,9 @@ class Leaders:
         sections = world.line.sections
         section_of_track = world.line.section_of_track
         self._first = [section_of_track[service.route[0]] for service in world.timetable.services]
-        self._predecessor = self._predecessors(len(sections))
-        self._clear_m, self._fouling_m = _section_ends(world)
+        # Lists, because they are read one by one.
+        self._predecessor = predecessors(world).tolist()
+        self._clear_m, self._fouling_m = (ends_m.tolist() for ends_m in section_ends_m(world.line))
         self._section = list(self._first)
         """The section that each train's tail has not left yet."""
         self._last = len(sections)
@@ -34,17 +36,6 @@ class Leaders:
         self.leader: IntArray = np.full(size, -1, dtype=np.intp)
         self.next_clear_m: FloatArray = np.array([self._clear_m[s] for s in self._first])
         self._follow_all()
-
-    def _predecessors(self, sections: int) -> list[list[int]]:
-        last_on_track: dict[str, int] = {}
-        table: list[list[int]] = []
-        for row, service in enumerate(self._world.timetable.services):
-            before = [-1] * sections
-            for offset, track in enumerate(service.route):
-                before[self._first[row] + offset] = last_on_track.get(track, -1)
-                last_on_track[track] = row
-            table.append(before)
-        return table
 
     def _follow(self, row: int) -> None:
         """Find the leader of a train, and the first points ahead that are not granted to it."""
@@ -130,10 +121,46 @@ def _lower_to_tails(
             clear_to_m[train] = min(clear_to_m[train], tail_m[leader[train]])
 
 
-def _section_ends(world: World) -> tuple[list[float], list[float]]:
-    clear_m, fouling_m = [], []
-    for section in world.line.sections:
-        turnout = world.line.turnout_at.get(section.end_m)
-        clear_m.append(turnout.fouling_end_m if turnout else section.end_m)
-        fouling_m.append(turnout.fouling_start_m if turnout else section.end_m)
-    return clear_m, fouling_m
+def predecessors(world: World) -> IntArray:
+    """
+    Return the train before each train on every track that it takes, in timetable order.
+
+    Parameters
+    ----------
+    world
+        Line and timetable.
+
+    Returns
+    -------
+    IntArray
+        Rows of trains by section; -1 for none, and where a route does not pass.
+        shape (n_trains, n_sections)
+    """
+    line, last_on_track = world.line, dict[str, int]()
+    before = np.full((world.size, len(line.sections)), -1, dtype=np.intp)
+    for row, service in enumerate(world.timetable.services):
+        for section, track in enumerate(service.route, line.section_of_track[service.route[0]]):
+            before[row, section] = last_on_track.get(track, -1)
+            last_on_track[track] = row
+    return before
+
+
+def section_ends_m(line: Line) -> tuple[FloatArray, FloatArray]:
+    """
+    Return where tails have left sections, and where fronts wait for the next ones.
+
+    Parameters
+    ----------
+    line
+        The line.
+
+    Returns
+    -------
+    tuple[FloatArray, FloatArray]
+        Fouling end and fouling start of the turnout at the end of each section; the end of the
+        section where there is none. [m], shape (n_sections,)
+    """
+    ends = [(line.turnout_at.get(section.end_m), section.end_m) for section in line.sections]
+    clear_m = [turnout.fouling_end_m if turnout else end_m for turnout, end_m in ends]
+    fouling_m = [turnout.fouling_start_m if turnout else end_m for turnout, end_m in ends]
+    return np.array(clear_m), np.array(fouling_m)

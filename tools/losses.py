@@ -7,7 +7,6 @@ often a moving train brakes in emergency because its commands have run out.
 """
 
 import sys
-import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +20,7 @@ from analysis.figures import write_figure
 from analysis.loss_diagram import loss_figure
 from railway.state import Reason
 from scenarios import load
-from workers import in_processes
+from workers import performed
 
 PROJECT = Path(__file__).parents[1]
 SCENARIO = PROJECT / "scenarios" / "rush_hour"
@@ -99,8 +98,7 @@ def main() -> None:
     ]
     out = PROJECT / "out" / "losses"
     out.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=out) as scratch:
-        rows = list(in_processes(perform, tasks, JOBS, Path(scratch), lambda *_: None))
+    rows = list(performed(perform, tasks, JOBS))
     losses = pd.DataFrame(rows).sort_values(list(Task._fields), ignore_index=True)
     losses.round(3).to_csv(out / "losses.csv", index=False)
     write_figure(loss_figure(losses), out / "losses")

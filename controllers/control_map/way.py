@@ -5,12 +5,14 @@ Trains are looked at in timetable order, first train first, so the bands of all 
 before are planned already; a limit never lies beyond one of them.
 """
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
+from railway.leaders import predecessors, section_ends_m
 from railway.world import World
 
 AT_START_M = 0.5
@@ -36,21 +38,19 @@ class Order(NamedTuple):
     """The train before through the turnout at its start. shape (n_trains, n_sections)"""
     same_way: BoolArray
     """That train takes the same way through it. shape (n_trains, n_sections)"""
+    points: IntArray
+    """The section that begins at each turnout. shape (n_turnouts,)"""
+    strike_in_m: FloatArray
+    """Where a front starts the closing of each level crossing. [m], shape (n_crossings,)"""
 
 
 class Obstructions(NamedTuple):
-    """Obstructions on a control map; arrays of shape (n_obstructions,) but the last."""
+    """Obstructions on a control map, as in :class:`~railway.obstructions.WaysideState`."""
 
     start_m: FloatArray
-    end_m: FloatArray
     from_s: FloatArray
     until_s: FloatArray
-    section: IntArray
-    """Section that begins at these points; -1 for what is no turnout."""
-    strike_in_m: FloatArray
-    """Where a front starts the closing of this level crossing; -inf for what is none. [m]"""
     concerns: BoolArray
-    """shape (n_trains, n_obstructions)"""
 
 
 def order_of(world: World) -> Order:
@@ -68,44 +68,29 @@ def order_of(world: World) -> Order:
         The order.
     """
     line, services = world.line, world.timetable.services
-    sections = len(line.sections)
-    shape = (world.size, sections)
-    first = np.array([line.section_of_track[service.route[0]] for service in services])
-    before, through = np.full((2, *shape), -1, dtype=np.intp)
-    same_way = np.zeros(shape, dtype=np.bool_)
-    last_on_track: dict[str, int] = {}
+    first = [line.section_of_track[service.route[0]] for service in services]
+    before = predecessors(world)
+    through, same_way = np.full_like(before, -1), np.zeros(before.shape, dtype=np.bool_)
     last_through: dict[int, tuple[int, tuple[str, ...]]] = {}
     for row, service in enumerate(services):
-        for offset, track in enumerate(service.route):
-            section = int(first[row]) + offset
-            before[row, section] = last_on_track.get(track, -1)
-            last_on_track[track] = row
-            if offset:
-                way = service.route[offset - 1 : offset + 1]
-                ahead, other = last_through.get(section, (-1, ()))
-                through[row, section], same_way[row, section] = ahead, way == other
-                last_through[section] = row, way
+        for section, way in enumerate(pairwise(service.route), first[row] + 1):
+            ahead, other = last_through.get(section, (-1, ()))
+            through[row, section], same_way[row, section] = ahead, way == other
+            last_through[section] = row, way
+    clear_m, fouling_m = section_ends_m(line)
+    section_at = {section.start_m: number for number, section in enumerate(line.sections)}
     starts = [line.turnout_at.get(section.start_m) for section in line.sections]
-    ends = [line.turnout_at.get(section.end_m) for section in line.sections]
     return Order(
-        np.array(
-            [
-                points.fouling_start_m if points else section.start_m
-                for points, section in zip(starts, line.sections, strict=True)
-            ]
-        ),
-        np.array(
-            [
-                points.fouling_end_m if points else section.end_m
-                for points, section in zip(ends, line.sections, strict=True)
-            ]
-        ),
+        np.concatenate([[line.start_m], fouling_m[:-1]]),
+        clear_m,
         np.array([points is not None for points in starts]),
         np.array([points.throw_s + points.proof_s if points else 0.0 for points in starts]),
-        first.astype(np.intp),
+        np.array(first, dtype=np.intp),
         before,
         through,
         same_way,
+        np.array([section_at[turnout.position_m] for turnout in line.turnouts], dtype=np.intp),
+        np.array([crossing.strike_in_m for crossing in line.crossings]),
     )
 
 
@@ -226,11 +211,12 @@ def lower_to_obstructions(  # noqa: PLR0913, PLR0917 - compiled functions take p
             continue
         if ends.front_m > start_m + AT_START_M or start_m > ends.reach_m:
             continue
-        if ends.front_m < obstructions.strike_in_m[number]:
+        crossing = number - order.points.size
+        if 0 <= crossing < order.strike_in_m.size and ends.front_m < order.strike_in_m[crossing]:
             # It will be closed in time.
             continue
-        section = obstructions.section[number]
-        if section >= 0:
+        if crossing < 0:
+            section = order.points[number]
             ahead = order.through[row, section]
             if ahead >= 0 and not gone[ahead] and rear_m[ahead, 0] < order.clear_m[section - 1]:
                 # These points are still another train's.

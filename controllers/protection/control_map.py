@@ -128,10 +128,6 @@ class ControlMap:
             round(options.reserve_s / UPDATE_S),
         )
         self._figures = (self._trains.square, self._trains.row_start, self._trains.brake_mps2)
-        line = world.line
-        section_at = {section.start_m: number for number, section in enumerate(line.sections)}
-        self._points = [section_at[turnout.position_m] for turnout in line.turnouts]
-        self._strike_in_m = [crossing.strike_in_m for crossing in line.crossings]
 
     def initial(self) -> Memory:
         """
@@ -350,7 +346,7 @@ class ControlMap:
         Plan
             Run curves and bands.
         """
-        world, call, trains = self._world, reports.call, self._trains
+        world, call, trains, beside = self._world, reports.call, self._trains, state.wayside
         if longer_m is not None and longer_m.any():
             # The front that counts is the furthest: at a stop when the train surely is.
             trains = trains._replace(
@@ -380,7 +376,7 @@ class ControlMap:
             earlier,
             trains,
             self._order,
-            self._obstructions(state),
+            Obstructions(beside.start_m, beside.from_s, beside.until_s, beside.concerns),
             self._horizon,
         )
 
@@ -408,20 +404,3 @@ class ControlMap:
         anywhere_m, now = np.full_like(now_m, np.inf), np.newaxis
         own_m = limits_m(now_m[:, now], reports.speed_mps[:, now], anywhere_m, self._figures, 0.0)
         return own_m[:, 0] + self._options.margin_m
-
-    def _obstructions(self, state: LineState) -> Obstructions:
-        beside = state.wayside
-        section = np.full(beside.start_m.size, -1, dtype=np.intp)
-        section[: len(self._points)] = self._points[: section.size]
-        strike_in_m = np.full(beside.start_m.size, -np.inf)
-        crossings = slice(len(self._points), len(self._points) + len(self._strike_in_m))
-        strike_in_m[crossings] = self._strike_in_m[: strike_in_m[crossings].size]
-        return Obstructions(
-            beside.start_m,
-            beside.end_m,
-            beside.from_s,
-            beside.until_s,
-            section,
-            strike_in_m,
-            beside.concerns,
-        )
