@@ -15,6 +15,8 @@ from tests.unit.scenario_folder import write_scenario
 
 PROJECT = Path(__file__).parents[2]
 WIDE = {"COLUMNS": "200"}
+PATIENCE_S = 300.0
+"""Whoever takes longer hangs, also on a busy machine that has compiled nothing yet. [s]"""
 SECOND_CONTROLLER = """
 [controllers.second]
 protection = "{protection}"
@@ -55,11 +57,11 @@ def start(script: Path, *arguments: str | Path) -> subprocess.Popen[str]:
 def press_ctrl_c(process: subprocess.Popen[str]) -> Screen:
     """Send SIGINT to the whole process group, as a terminal does."""
     os.killpg(process.pid, signal.SIGINT)
-    answers, complaints = process.communicate(timeout=30)
+    answers, complaints = process.communicate(timeout=PATIENCE_S)
     return Screen(process.returncode, answers, complaints)
 
 
-def is_group_gone(group: int, patience_s: float = 10.0) -> bool:
+def is_group_gone(group: int, patience_s: float = PATIENCE_S) -> bool:
     """Return whether no process of a group is left."""
     until = time.monotonic() + patience_s
     while time.monotonic() < until:

@@ -12,13 +12,14 @@ import pytest
 
 from analysis import read_results
 from tests.cli import layers
-from tests.cli.command import is_group_gone, press_ctrl_c, start, two_controllers
+from tests.cli.command import PATIENCE_S, is_group_gone, press_ctrl_c, start, two_controllers
 
 INTERRUPTED = 130
 SCRIPT = Path(layers.__file__)
-PATIENCE_S = 30.0
 SETTLED_S = 1.0
-"""After the run's folder stands there, its process hands the result over. [s]"""
+"""After a folder stands there, the study takes note of it. [s]"""
+ACCEPTED = "out/*/small/plain/violations.csv"
+"""A run that is finished, in the folder of those that will be published."""
 
 
 @pytest.fixture
@@ -59,7 +60,7 @@ def left_over(places: Path) -> Iterator[Path]:
 def test_finished_runs_are_published(places: Path, jobs: str) -> None:
     folder = two_controllers(places / "small", protection="stuck")
     with started(places, folder, jobs) as process:
-        wait_for(process, places, "out/**/plain/violations.csv")
+        wait_for(process, places, ACCEPTED)
         screen = press_ctrl_c(process)
         assert screen.status == INTERRUPTED, screen.complaints
         assert "Interrupted" in screen.complaints
@@ -89,7 +90,7 @@ def test_before_the_first_run_is_finished_nothing_is_written(places: Path, jobs:
 def test_a_closed_terminal_leaves_no_process_and_no_folder(places: Path) -> None:
     folder = two_controllers(places / "small", protection="stuck")
     with started(places, folder, "2") as process:
-        wait_for(process, places, "out/**/plain/violations.csv")
+        wait_for(process, places, ACCEPTED)
         process.send_signal(signal.SIGHUP)
         process.communicate(timeout=PATIENCE_S)
         assert process.returncode == INTERRUPTED

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import PROJECT, contents, start, two_controllers
+from tests.cli.command import PATIENCE_S, PROJECT, contents, start, two_controllers
 
 
 @pytest.fixture
@@ -17,7 +17,7 @@ def test_more_processes_give_the_same_bytes(folder: Path, tmp_path: Path) -> Non
         process = start(
             PROJECT / "run.py", folder, "--out", tmp_path / jobs, "--jobs", jobs, "--seeds", "2"
         )
-        _, complaints = process.communicate(timeout=60)
+        _, complaints = process.communicate(timeout=PATIENCE_S)
         assert process.returncode == 0, complaints
     alone, together = contents(tmp_path / "1"), contents(tmp_path / "2")
     assert alone.keys() == together.keys()

@@ -8,7 +8,7 @@ import pytest
 
 import run
 from analysis import read_results
-from tests.cli.command import PROJECT, Screen, contents, kankaku, start
+from tests.cli.command import PATIENCE_S, PROJECT, Screen, contents, kankaku, start
 from tests.unit.sweep_folder import write_sweep
 
 DELAYS_S = (0.0, 30.0, 60.0)
@@ -80,7 +80,7 @@ def test_the_provenance_lists_the_delays(results: Path) -> None:
 
 def test_more_processes_give_the_same_bytes(place: Path, results: Path) -> None:
     process = start(PROJECT / "run.py", place / "sweep", "--out", place / "together", "--jobs", "2")
-    _, complaints = process.communicate(timeout=120)
+    _, complaints = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0, complaints
     alone, together = contents(results), contents(place / "together" / "sweep")
     assert alone.keys() == together.keys()

@@ -190,7 +190,7 @@ def test_bare_sumo_brings_every_train_to_the_end(
     files = built(scenario, tmp_path / "run", signals=signals)
     report = tmp_path / "statistics.xml"
     command = [str(sumo_binary("sumo")), "-c", str(files.config), "--statistic-output", str(report)]
-    subprocess.run(command, check=True, capture_output=True, timeout=60)  # noqa: S603
+    subprocess.run(command, check=True, capture_output=True, timeout=300)  # noqa: S603
     text = report.read_text()
     (vehicles,), (safety,) = elements(text, "vehicles"), elements(text, "safety")
     counts = [vehicles.attrib[key] for key in ("loaded", "inserted", "running", "waiting")]

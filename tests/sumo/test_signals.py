@@ -274,7 +274,7 @@ while libsumo.simulation.getTime() < 25300.0:
     libsumo.simulationStep()
 """
     config = str(files(loop_scenario()).config)
-    done = subprocess.run([sys.executable, "-c", script, config], timeout=60, check=False)  # noqa: S603
+    done = subprocess.run([sys.executable, "-c", script, config], timeout=300, check=False)  # noqa: S603
     assert done.returncode < 0
 
 
