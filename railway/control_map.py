@@ -101,13 +101,19 @@ def overlaps_m(bands: Bands, on_map: BoolArray, there_m: FloatArray, layers: Lay
     size, moments = bands.rear_m.shape
     deepest_m = np.zeros(size)
     order = np.empty(size, dtype=np.intp)
+    from_m, to_m = np.full(size, np.inf), np.full(size, -np.inf)
+    for train in range(size):
+        if on_map[train]:
+            from_m[train], to_m[train] = bands.rear_m[train].min(), bands.front_m[train].max()
     for layer in range(layers.start_m.size):
         start_m, end_m = layers.start_m[layer], layers.end_m[layer]
         users = 0
         for train in range(size):
-            if on_map[train] and layers.used[layer, train]:
+            if layers.used[layer, train] and from_m[train] < end_m and to_m[train] > start_m:
                 order[users] = train
                 users += 1
+        if users < 2:
+            continue
         for moment in range(moments):
             _sort_by_rear(order[:users], bands.rear_m[:, moment])
             # From the foremost band back; who reaches furthest back bounds the next one.

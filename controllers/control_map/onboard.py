@@ -31,7 +31,7 @@ def keep_bands(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     to_stop_m: FloatArray,
     present: BoolArray,
     heard_s: FloatArray,
-    sent: tuple[FloatArray, FloatArray, FloatArray, FloatArray, BoolArray],
+    sent: tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray],
     held_s: FloatArray,
     held_m: FloatArray,
     figures: tuple[FloatArray, FloatArray, FloatArray],
@@ -60,7 +60,7 @@ def keep_bands(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     heard_s
         When the last telegram that each train has was sent. [s], shape (n_trains,)
     sent
-        A plain :class:`~controllers.control_map.telegrams.Sent`.
+        The first five fields of :class:`~controllers.control_map.telegrams.Sent`.
     held_s
         When the commands were sent that each train has gone by. [s], shape (n_trains,)
     held_m
@@ -74,7 +74,7 @@ def keep_bands(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         Limits [m], speeds at the end of the step [m/s], inf without commands, and when the
         commands were sent that each train goes by [s]; shape (n_trains,) each.
     """
-    sent_s, limits_m, speeds_mps, free_m, meant = sent
+    sent_s, limits_m, speeds_mps, free_m, furthest_m = sent
     square, row_start, brake_mps2 = figures
     limit_m, commanded_mps = front_m.copy(), np.full(front_m.size, np.inf)
     goes_by_s = held_s.copy()
@@ -84,7 +84,8 @@ def keep_bands(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
             continue
         slot = -1
         for number in range(sent_s.size):
-            if sent_s[number] == heard_s[train] and meant[number, train]:
+            has_commands = furthest_m[number, train] > -np.inf
+            if sent_s[number] == heard_s[train] and has_commands:
                 goes_by_s[train] = heard_s[train]
         for number in range(sent_s.size):
             if sent_s[number] == goes_by_s[train]:

@@ -150,6 +150,8 @@ def stopping_place_m(
     """
     wanted = at(square, front_m + row_start) + speed_mps * speed_mps
     place = front_m + row_start + 0.5 * speed_mps * speed_mps / brake_mps2
+    if speed_mps == 0.0:
+        return place - row_start
     for _ in range(ROUNDS):
         cell = int(place)
         slope = square[cell + 1] - square[cell]

@@ -25,8 +25,8 @@ class Sent(NamedTuple):
     """Planned speed. [m/s], shape (n_slots, n_trains, n_moments)"""
     free_m: FloatArray
     """How far the way was free, margin taken off. [m], shape (n_slots, n_trains)"""
-    meant: BoolArray
-    """The telegram has commands for the train. shape (n_slots, n_trains)"""
+    furthest_m: FloatArray
+    """Furthest of the limits; -inf for whom there are no commands. [m], (n_slots, n_trains)"""
     older_s: float
     """When the last one was sent that is forgotten, but may not be replaced everywhere. [s]"""
     older_m: FloatArray
@@ -64,14 +64,14 @@ class Sent(NamedTuple):
             self.limit_m.copy(),
             self.speed_mps.copy(),
             self.free_m.copy(),
-            self.meant.copy(),
+            self.furthest_m.copy(),
             float(self.sent_s[slot]),
-            np.maximum(self.older_m, self._furthest_m()[slot]),
+            np.maximum(self.older_m, self.furthest_m[slot]),
         )
         sent.sent_s[slot] = sent_s
         sent.limit_m[slot], sent.speed_mps[slot] = commands
         sent.free_m[slot] = free_m
-        sent.meant[slot] = meant
+        sent.furthest_m[slot] = np.where(meant, commands[0].max(axis=1), -np.inf)
         return sent
 
     def covered_m(self, acknowledged_s: FloatArray, present: BoolArray) -> FloatArray:
@@ -92,17 +92,8 @@ class Sent(NamedTuple):
         FloatArray
             [m], shape (n_trains,)
         """
-        has = self.meant & (self.sent_s[:, np.newaxis] <= acknowledged_s)
-        held_s = np.where(has, self.sent_s[:, np.newaxis], -np.inf).max(axis=0)
-        effective_s = held_s.min(initial=np.inf, where=present)
-        may_hold = (self.sent_s >= effective_s)[:, np.newaxis]
-        furthest_m: FloatArray = np.where(may_hold, self._furthest_m(), -np.inf).max(axis=0)
-        if self.older_s >= effective_s:
-            furthest_m = np.maximum(furthest_m, self.older_m)
-        return furthest_m
-
-    def _furthest_m(self) -> FloatArray:
-        return np.where(self.meant, self.limit_m.max(axis=2), -np.inf)
+        older = self.older_s, self.older_m
+        return _covered_m(self.sent_s, self.furthest_m, older, acknowledged_s, present)
 
 
 def nothing_sent(size: int) -> Sent:
@@ -120,9 +111,34 @@ def nothing_sent(size: int) -> Sent:
         Empty slots.
     """
     limit_m, speed_mps = np.zeros((2, KEPT, size, COMMANDS + 1))
-    meant = np.zeros((KEPT, size), dtype=np.bool_)
-    free_m, nowhere_m = np.zeros((KEPT, size)), np.full(size, -np.inf)
-    return Sent(np.full(KEPT, -np.inf), limit_m, speed_mps, free_m, meant, -np.inf, nowhere_m)
+    free_m, nowhere_m = np.zeros((KEPT, size)), np.full((KEPT, size), -np.inf)
+    never_s = np.full(KEPT, -np.inf)
+    return Sent(never_s, limit_m, speed_mps, free_m, nowhere_m, -np.inf, nowhere_m[0])
+
+
+@compiled
+def _covered_m(
+    sent_s: FloatArray,
+    furthest_m: FloatArray,
+    older: tuple[float, FloatArray],
+    acknowledged_s: FloatArray,
+    present: BoolArray,
+) -> FloatArray:
+    slots, size = furthest_m.shape
+    effective_s = np.inf
+    for train in range(size):
+        if present[train]:
+            held_s = -np.inf
+            for slot in range(slots):
+                if furthest_m[slot, train] > -np.inf and sent_s[slot] <= acknowledged_s[train]:
+                    held_s = max(held_s, sent_s[slot])
+            effective_s = min(effective_s, held_s)
+    older_s, older_m = older
+    covered_m = older_m.copy() if older_s >= effective_s else np.full(size, -np.inf)
+    for slot in range(slots):
+        if sent_s[slot] >= effective_s:
+            covered_m = np.maximum(covered_m, furthest_m[slot])
+    return covered_m
 
 
 @compiled
