@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from scenarios.check_line import LineTables, duplicates, same
-from scenarios.check_timetable import seconds
+from scenarios.check_timetable import TimetableTables, calls_by_train, seconds
 from scenarios.faults import Fault, meant
 from scenarios.schema import ClosureEntry, CrossingRow, ScenarioFile, WindowEntry, WorkZoneEntry
 
@@ -74,7 +74,9 @@ def _place_faults(line: LineTables, row: CrossingRow) -> list[Fault]:
     ]
 
 
-def disruption_faults(settings: ScenarioFile | None, line: LineTables, file: str) -> list[Fault]:
+def disruption_faults(
+    settings: ScenarioFile | None, line: LineTables, timetable: TimetableTables, file: str
+) -> list[Fault]:
     """
     Return everything that is wrong with what goes wrong beside the track.
 
@@ -84,6 +86,8 @@ def disruption_faults(settings: ScenarioFile | None, line: LineTables, file: str
         The main file; nothing if it has faults of its own.
     line
         The files of the line.
+    timetable
+        The files of the timetable.
     file
         Name of the main file.
 
@@ -106,7 +110,11 @@ def disruption_faults(settings: ScenarioFile | None, line: LineTables, file: str
                 problem, allowed = f"{entry.id!r} is taken already", "every id once"
                 faults.append(Fault(file, f"{place}.id", problem, allowed))
             taken.add(entry.id)
-            found = (*_window_problems(entry), *_stretch_problems(entry, line))
+            found = (
+                *_window_problems(entry),
+                *_stretch_problems(entry, line),
+                *_start_problems(entry, line, timetable),
+            )
             faults += [Fault(file, f"{place}.{column}", *what) for column, *what in found]
     named = (
         ("points_failures", "turnout", turnouts, line.turnouts.complete),
@@ -126,12 +134,39 @@ def disruption_faults(settings: ScenarioFile | None, line: LineTables, file: str
     return faults
 
 
-def _window_problems(entry: WindowEntry) -> Iterator[tuple[str, str, str]]:
-    """Yield the key, what is wrong and what is allowed."""
+def _start_problems(
+    entry: ClosureEntry, line: LineTables, timetable: TimetableTables
+) -> Iterator[tuple[str, str, str]]:
+    """Yield the key, what is wrong and what is allowed, for the first train that starts there."""
+    platforms = {
+        (platform.station, platform.track): platform
+        for platform in line.platforms
+        if platform.start_km < entry.end_km and entry.start_km < platform.end_km
+    }
+    from_s, until_s = seconds(entry.from_), max(map(seconds, _ends(entry).values()))
+    for calls in calls_by_train(timetable).values():
+        call = calls[0] if calls else None
+        if call is None or (call.station, call.track) not in platforms:
+            continue
+        on_track = not entry.tracks or call.track in entry.tracks
+        if on_track and seconds(call.arrival) < until_s and seconds(call.departure) > from_s:
+            platform = platforms[call.station, call.track]
+            problem = f"train {call.train!r} starts in it at {call.departure}"
+            ends = f"{platform.start_km:g} to {platform.end_km:g}"
+            yield "start_km", problem, f"no part of {ends} while trains start there"
+            return
+
+
+def _ends(entry: WindowEntry) -> dict[str, str]:
     ends = {"to": entry.to}
     if isinstance(entry, WorkZoneEntry) and entry.released is not None:
         ends["released"] = entry.released
-    for key, clock in ends.items():
+    return ends
+
+
+def _window_problems(entry: WindowEntry) -> Iterator[tuple[str, str, str]]:
+    """Yield the key, what is wrong and what is allowed."""
+    for key, clock in _ends(entry).items():
         if seconds(clock) <= seconds(entry.from_):
             yield key, f"{clock} does not lie after from", f"after {entry.from_}"
 

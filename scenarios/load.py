@@ -76,7 +76,7 @@ def load(folder: Path) -> Scenario:
     quantiles = _read_quantiles(reader, folder, main)
     reader.faults += line_faults(line) + crossing_faults(line)
     reader.faults += timetable_faults(timetable, line, stock)
-    reader.faults += disruption_faults(main, line, MAIN_FILE)
+    reader.faults += disruption_faults(main, line, timetable, MAIN_FILE)
     reader.faults += delay_faults(main, quantiles, timetable)
     if reader.faults or main is None or stock is None:
         raise ScenarioError(tuple(dict.fromkeys(reader.faults)))

@@ -64,13 +64,14 @@ obstacle_s = 45.0
 SEVEN_S = 7 * 3600.0
 
 
-def disturbed(folder: Path, changes: tuple[str, str] = ("", "")) -> Path:
+def disturbed(folder: Path, *changes: tuple[str, str]) -> Path:
     write_scenario(folder)
     (folder / "crossings.csv").write_text(CROSSINGS, encoding="utf-8")
     file = folder / "scenario.toml"
-    file.write_text(file.read_text("utf-8") + DISRUPTIONS, encoding="utf-8")
-    if changes[0]:
-        file.write_text(file.read_text("utf-8").replace(*changes, 1), encoding="utf-8")
+    text = file.read_text("utf-8") + DISRUPTIONS
+    for old, new in changes:
+        text = text.replace(old, new, 1)
+    file.write_text(text, encoding="utf-8")
     return folder
 
 
@@ -129,6 +130,7 @@ CASES = {
     "zone without begin": ('from = "07:10:00"\n', "", "work_zones.0.from"),
     "zone unknown key": ('released = "', 'relased = "', "work_zones.0.relased"),
     "fault back in time": ("07:01:00", "06:59:59", "equipment_faults.0.to"),
+    "fault at a start": ("start_km = 0.5", "start_km = 0.0", "equipment_faults.0.start_km"),
     "unknown points": ('"parting"', '"partin"', "points_failures.0.turnout"),
     "points back in time": ("07:04:00", "07:02:00", "points_failures.0.to"),
     "unknown crossing": ('crossing = "road"', 'crossing = "rod"', "crossing_obstacles.0.crossing"),
@@ -147,6 +149,12 @@ def test_every_contradiction_is_named_where_it_stands(
     assert fault.file == "scenario.toml"
     assert fault.where == where
     assert fault.allowed
+
+
+def test_a_stretch_may_be_closed_between_the_trains_that_start_in_it(tmp_path: Path) -> None:
+    times = ('"07:00:00"\nto = "07:01:00"', '"07:00:30"\nto = "07:05:00"')
+    loaded = load(disturbed(tmp_path, ("start_km = 0.5", "start_km = 0.0"), times))
+    assert loaded.disruptions.closures[-1].start_m == 0.0
 
 
 CROSSING_CASES = {
