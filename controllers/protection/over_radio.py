@@ -2,9 +2,9 @@
 Any centre's limits over radio: worked out from reports, sent in telegrams, kept on board.
 
 Once a cycle the centre asks a protection for limits, of the line as it knows it: trains by
-their last reports, points and obstructions by wire. Each train goes by the limit of the
-telegram that it has heard last, and watches over line limits itself. Commands are valid for
-five seconds, so that three telegrams in a row may be lost; a train that loses the fourth,
+their last reports; points, who has left them, and obstructions by wire. Each train goes by the
+limit of the telegram that it has heard last, and watches over line limits itself. Commands are
+valid for five seconds, so that three telegrams in a row may be lost; a train that loses the fourth,
 too, brakes in emergency until it stands and has commands again (Sugiyama 2018, section 3.1.3).
 
 A limit that was sent once stays safe, whatever is lost or late after it. It counts on no more
@@ -25,6 +25,7 @@ from controllers.reports import Reports, emergency, no_reports, radio_of, take_r
 from railway.arrays import BoolArray, FloatArray
 from railway.compiled import compiled, plain
 from railway.control import Foresight, Protection, Separation
+from railway.leaders import section_ends_m
 from railway.radio import TOLERANCE_S, RadioSpec, RadioState
 from railway.state import Authority, LineState, Link
 from railway.world import World
@@ -65,6 +66,8 @@ class OnAir(NamedTuple):
     delay_s: FloatArray
     """The delays of its authorities. [s], shape (n_trains,)"""
     reports: Reports
+    cleared_m: FloatArray
+    """Tails are beyond this, as the last points that they have left know. [m], shape (n_trains,)"""
     telegrams: Telegrams
     next_s: float
     """When the next telegrams are sent. [s]"""
@@ -88,6 +91,7 @@ class OverRadio:
         self.delay_s = inner.delay_s
         self.idle_time_s = inner.idle_time_s
         self.release_delay_s = inner.release_delay_s + radio.oldest_knowledge_s
+        self._clear_m = np.concatenate([[-np.inf], section_ends_m(world.line)[0]])
         self._nothing_commanded = np.full(world.size, np.inf)
         # Whatever a train may still hear, or go by when it hears it, is remembered.
         self._slots = math.ceil((HORIZON_S + radio.delay_most_s) / radio.cycle_s) + 2
@@ -107,6 +111,7 @@ class OverRadio:
             self._inner.initial(),
             np.full(size, self.delay_s),
             no_reports(self._world),
+            nowhere,
             Telegrams(np.full(slots, -np.inf), np.full((slots, size), -np.inf), -np.inf, nowhere),
             -np.inf,
             (None, None),
@@ -134,6 +139,8 @@ class OverRadio:
         """
         radio, present = radio_of(state), state.present
         reports = take_reports(memory.reports, state, radio, self._radio)
+        if state.events.cleared:
+            memory = memory._replace(cleared_m=self._cleared_m(state, memory.cleared_m))
         sends = state.time_s + TOLERANCE_S >= memory.next_s
         if sends:
             memory = self._send(state, memory._replace(reports=reports), radio)
@@ -153,6 +160,7 @@ class OverRadio:
             memory.inner,
             memory.delay_s,
             reports,
+            memory.cleared_m,
             memory.telegrams,
             memory.next_s,
             (radio, present),
@@ -161,14 +169,23 @@ class OverRadio:
             brakes,
         )
 
+    def _cleared_m(self, state: LineState, before_m: FloatArray) -> FloatArray:
+        rows = list(state.events.cleared)
+        cleared_m = before_m.copy()
+        cleared_m[rows] = self._clear_m[self._clear_m.searchsorted(state.tail_m[rows], "right") - 1]
+        return cleared_m
+
     def _send(self, state: LineState, memory: OnAir, radio: RadioState) -> OnAir:
         """Let the centre work out limits from what it knows, and send them."""
-        tail_m = memory.reports.front_m - self._world.length_m
+        # A report may be older than the news that its train has left the points.
+        reported_m = memory.reports.front_m - self._world.length_m
+        older = reported_m < memory.cleared_m
+        tail_m = np.where(older, memory.cleared_m, reported_m)
         rear_m = np.where(state.follows, tail_m[state.leader], np.inf)
         known = state._replace(
-            front_m=memory.reports.front_m,
+            front_m=np.where(older, tail_m + self._world.length_m, memory.reports.front_m),
             tail_m=tail_m,
-            speed_mps=memory.reports.speed_mps,
+            speed_mps=np.where(older, 0.0, memory.reports.speed_mps),
             clear_to_m=np.minimum(state.granted_m, rear_m),
         )
         authority, inner = self._inner.authorise(known, memory.inner)

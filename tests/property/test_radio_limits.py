@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from controllers.protection.moving_block import MovingBlock, MovingBlockOptions
@@ -42,6 +42,7 @@ class Compared:
         return authority, (by_radio, true)
 
 
+@example("merge", 0.25, 3.0, 0.0, 0.0, [0.0, 0.0, 39.0, *[0.0] * 12])
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     st.sampled_from(list(LINES)),

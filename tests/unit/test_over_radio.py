@@ -14,9 +14,9 @@ from railway.radio import LOSSLESS, Outage, Radio, RadioSpec
 from railway.scenario import ControllerSpec, Scenario
 from railway.state import Authority, LineState, Reason
 from railway.world import World
-from tests.property.runs import READY_S, run
+from tests.property.runs import READY_S, controller_of, run
 from tests.states import behind
-from tests.worlds import two_station_scenario, world_of
+from tests.worlds import merge_scenario, two_station_scenario, world_of
 
 EMERGENCY_MPS2 = 1.3
 
@@ -91,6 +91,40 @@ def test_lost_reports_hold_the_follower_but_brake_nobody() -> None:
     reached_m = engine.front_m[engine.time_s < from_s + 90.0, 1].max()
     assert reached_m == pytest.approx(known_m - 200.0 - 25.0, abs=0.3)
     assert record.arrival_s[1, 1] > usual.arrival_s[1, 1] + 10.0
+
+
+class Written:
+    """A protection whose limits are written down."""
+
+    def __init__(self, protection: Any) -> None:  # noqa: ANN401
+        self._protection = protection
+        self.initial = protection.initial
+        self.limit_m: list[float] = []
+
+    def authorise(self, state: LineState, memory: Any) -> tuple[Authority, Any]:  # noqa: ANN401
+        authority, memory = self._protection.authorise(state, memory)
+        if state.present[2]:
+            self.limit_m.append(float(authority.limit_m[2]))
+        return authority, memory
+
+
+@pytest.mark.parametrize("protection", ["moving_block", "relative_braking"])
+def test_points_tell_that_a_train_has_left_them_before_it_does(protection: str) -> None:
+    """T3 waits for points to be granted behind T2, whose reports are lost as it leaves them."""
+    scenario = merge_scenario(4, 60.0)
+    from_s = READY_S + 146.0
+    outage = Outage(("T2",), up=True, down=False, from_s=from_s, until_s=from_s + 20.0)
+    spec = RadioSpec(delay_least_s=0.0, delay_most_s=0.0, outages=(outage,))
+    delay_s = np.zeros((4, 2))
+    delay_s[1, 0] = 39.0
+    honest = controller_of(world_of(scenario), protection=protection, radio=spec)
+    written = Written(honest.protection)
+    controller = replace(honest, protection=written)
+    record, _ = run(scenario, controller=controller, delay_s=delay_s, radio=spec)
+    assert record.violations == ()
+    assert record.completed.all()
+    assert np.all(np.diff(written.limit_m) >= 0.0)
+    assert np.unique(written.limit_m).size > 5
 
 
 def test_without_losses_a_queue_is_only_as_late_as_its_knowledge() -> None:
