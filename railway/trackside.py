@@ -283,8 +283,14 @@ class ClosedStretch(Machine):
 
     def __init__(self, world: World, closure: Closure) -> None:
         services = world.timetable.services
-        self._routes = [set(closure.tracks) & set(service.route) for service in services]
-        users = np.array([bool(route) for route in self._routes])
+        users = np.array([not set(closure.tracks).isdisjoint(s.route) for s in services])
+        at_start = {
+            track.id
+            for track in world.line.track_by_id.values()
+            if track.start_m <= closure.start_m < track.end_m
+        }
+        self._comes_by = [next((t for t in s.route if t in at_start), None) for s in services]
+        """The track on which each train comes to it."""
         super().__init__(world, (closure.start_m, closure.end_m), closure.tracks, users)
         self._closure = closure
         self._waits = closure.cause is Cause.WORK
@@ -346,20 +352,24 @@ class ClosedStretch(Machine):
         self._obstruct(self._closure.id, self._closure.cause, scene.time_s, established_s)
 
     def _kept_out(self, scene: Scene, ahead: BoolArray) -> BoolArray:
-        """Return the trains that can stop, and all behind one of those on the same track."""
+        """Return the trains that can stop, and all that come after one of those."""
         stops = scene.standing | scene.stops_short_of(self.hold_m)
         kept = np.zeros_like(ahead)
-        closed: set[str] = set()
-        rows = np.flatnonzero(ahead)
-        for row in rows[np.argsort(-scene.front_m[rows], kind="stable")].tolist():
-            if stops[row] or closed & self._routes[row]:
+        closed: set[str | None] = set()
+        for row in np.flatnonzero(ahead).tolist():
+            if stops[row] or self._comes_by[row] in closed:
                 kept[row] = True
-                closed |= self._routes[row]
+                closed.add(self._comes_by[row])
         return kept
 
-    def settle(self, state: LineState, covered_m: FloatArray) -> None:
+    def settle(
+        self,
+        state: LineState,
+        covered_m: FloatArray,
+        stops_short_of: Callable[[float], BoolArray],
+    ) -> None:
         """
-        Establish the closure if no train is in it or holds a permission into it.
+        Establish the closure if no train is in it, runs into it or holds a permission into it.
 
         Parameters
         ----------
@@ -367,10 +377,14 @@ class ClosedStretch(Machine):
             The line.
         covered_m
             The furthest place that each train may still go to. [m], shape (n_trains,)
+        stops_short_of
+            Which trains the service brake stops before a place, at once. shape (n_trains,)
         """
+        furthest_m = np.maximum(covered_m, state.front_m)
+        stays_out = furthest_m <= self.start_m + AT_START_M
+        stays_out &= (state.speed_mps == 0.0) | stops_short_of(self.start_m)
         held = self.concerns & state.present
-        furthest_m = np.maximum(covered_m, state.front_m)[held]
-        if not self._let_through.any() and np.all(furthest_m <= self.start_m + AT_START_M):
+        if not self._let_through.any() and stays_out[held].all():
             self.log[-1] = self.log[-1]._replace(established_s=state.time_s)
 
 

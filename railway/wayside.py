@@ -91,7 +91,8 @@ class Wayside:
             self._gone[row] = True
 
         def stops_short_of(place_m: float) -> BoolArray:
-            return self._stops_short_of(place_m, front_m, speed_mps)
+            here_m = front_m + RESERVE_S * speed_mps
+            return self._stops_short_of(place_m - RESERVE_M, here_m, speed_mps)
 
         standing = speed_mps == 0.0
         scene = Scene(time_s, front_m, tail_m, present, self._gone, standing, stops_short_of)
@@ -122,9 +123,13 @@ class Wayside:
         covered_m
             The furthest place that each train may still go to. [m], shape (n_trains,)
         """
+
+        def stops_short_of(place_m: float) -> BoolArray:
+            return self._stops_short_of(place_m, state.front_m, state.speed_mps)
+
         for closure in self._closures:
             if closure.unsettled:
-                closure.settle(state, covered_m)
+                closure.settle(state, covered_m, stops_short_of)
         self.unsettled = any(closure.unsettled for closure in self._closures)
 
     def obstructions(self) -> tuple[Obstruction, ...]:
@@ -152,8 +157,8 @@ class Wayside:
         self, place_m: float, front_m: FloatArray, speed_mps: FloatArray
     ) -> BoolArray:
         row_start = self._world.row_start
-        here_m = np.clip(front_m + RESERVE_S * speed_mps, *self._tables_m)
-        there_m = np.full_like(here_m, np.clip(place_m - RESERVE_M, *self._tables_m))
+        here_m = np.clip(front_m, *self._tables_m)
+        there_m = np.full_like(here_m, np.clip(place_m, *self._tables_m))
         potential = at_each(self._potential, there_m, row_start)
         potential -= at_each(self._potential, here_m, row_start)
         stops: BoolArray = potential >= 0.5 * np.square(speed_mps)
@@ -163,7 +168,10 @@ class Wayside:
         """Return the trains that a sudden obstruction has come too near to."""
         until_s, past_m = self._surprise
         for column, machine in self._sudden:
-            known = self.state.concerns[:, column] if self.state.start_m.size else machine.concerns
+            known = machine.concerns
+            if self.state.start_m.size:
+                # What was only announced may be new to a train that is about to start.
+                known = self.state.concerns[:, column] & (self.state.from_s[column] == -np.inf)
             sprung = machine.concerns & ~known & scene.present
             if sprung.any():
                 near = sprung & ~scene.stops_short_of(machine.hold_m)

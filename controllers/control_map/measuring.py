@@ -88,8 +88,10 @@ class Aboard(NamedTuple):
     counted_m: FloatArray
     """What the odometer said there. [m]"""
     clock_error_s: FloatArray
+    judged_s: FloatArray
+    """When the last telegram was sent that each train has believed or not. [s]"""
     taken_s: FloatArray
-    """When the last telegram was sent that each train believes. [s]"""
+    """When the last one was sent that it has believed. [s]"""
     refuses: BoolArray
     """The train has not believed the last telegram."""
     slow: BoolArray
@@ -164,6 +166,7 @@ def all_right(world: World) -> Aboard:
         balise_m=origin_m,
         counted_m=origin_m,
         clock_error_s=zero,
+        judged_s=never,
         taken_s=never,
         refuses=nobody,
         slow=nobody,
@@ -320,13 +323,12 @@ def _listen(
     state: LineState, units: UnitState, aboard: Aboard, sent_s: FloatArray, step_s: float
 ) -> Aboard:
     """Let trains believe the telegrams whose time stamps may be true."""
-    radio, before = radio_of(state), aboard.radio[0]
-    if before is not None and radio.heard_s is before.heard_s:
+    heard_s = radio_of(state).heard_s
+    fresh = heard_s > aboard.judged_s
+    if not fresh.any():
         return aboard
-    heard_s = radio.heard_s
-    fresh = np.isfinite(heard_s) & (heard_s[:, np.newaxis] == sent_s).any(axis=1)
-    if before is not None:
-        fresh &= heard_s != before.heard_s
+    # What takes no time at all is heard in the step in which the centre sends it.
+    fresh &= (heard_s[:, np.newaxis] == sent_s).any(axis=1)
     age_s = state.time_s + units.clock_error_s - heard_s - aboard.stamp_error_s
     early = fresh & (age_s < -EARLY_S - TOLERANCE_S)
     late = fresh & (age_s > LATE_S + step_s + TOLERANCE_S)
@@ -334,6 +336,7 @@ def _listen(
     refuses = (aboard.refuses & ~fresh) | early | late
     aboard = aboard.alarm(state.time_s, Notice.TRAIN_STAMP, refuses & ~aboard.refuses)
     return aboard._replace(
+        judged_s=np.where(fresh, heard_s, aboard.judged_s),
         taken_s=np.where(taken, heard_s, aboard.taken_s),
         refuses=refuses,
         slow=(aboard.slow & ~taken) | early,

@@ -27,6 +27,8 @@ class Sent(NamedTuple):
     """How far the way was free, margin taken off. [m], shape (n_slots, n_trains)"""
     furthest_m: FloatArray
     """Furthest of the limits; -inf for whom there are no commands. [m], (n_slots, n_trains)"""
+    known_s: FloatArray
+    """The centre knows that each train goes by commands sent then or later. [s], (n_trains,)"""
     older_s: float
     """When the last one was sent that is forgotten, but may not be replaced everywhere. [s]"""
     older_m: FloatArray
@@ -65,6 +67,7 @@ class Sent(NamedTuple):
             self.speed_mps.copy(),
             self.free_m.copy(),
             self.furthest_m.copy(),
+            self.known_s,
             float(self.sent_s[slot]),
             np.maximum(self.older_m, self.furthest_m[slot]),
         )
@@ -74,7 +77,27 @@ class Sent(NamedTuple):
         sent.furthest_m[slot] = np.where(meant, commands[0].max(axis=1), -np.inf)
         return sent
 
-    def covered_m(self, acknowledged_s: FloatArray, present: BoolArray) -> FloatArray:
+    def acknowledged(self, acknowledged_s: FloatArray) -> "Sent":
+        """
+        Return the same with what trains are known to go by.
+
+        A telegram without commands says nothing about those before it: they may be lost.
+
+        Parameters
+        ----------
+        acknowledged_s
+            Each train is known to have the telegram sent then. [s], shape (n_trains,)
+
+        Returns
+        -------
+        Sent
+            New times.
+        """
+        same = self.sent_s[:, np.newaxis] == acknowledged_s
+        has_commands = (same & (self.furthest_m > -np.inf)).any(axis=0)
+        return self._replace(known_s=np.where(has_commands, acknowledged_s, self.known_s))
+
+    def covered_m(self, present: BoolArray) -> FloatArray:
         """
         Return the furthest limits of the maps that are not replaced for everybody yet.
 
@@ -82,8 +105,6 @@ class Sent(NamedTuple):
 
         Parameters
         ----------
-        acknowledged_s
-            Each train is known to have telegrams sent then or later. [s], shape (n_trains,)
         present
             Trains on the line. shape (n_trains,)
 
@@ -92,8 +113,12 @@ class Sent(NamedTuple):
         FloatArray
             [m], shape (n_trains,)
         """
-        older = self.older_s, self.older_m
-        return _covered_m(self.sent_s, self.furthest_m, older, acknowledged_s, present)
+        effective_s = self.known_s.min(initial=np.inf, where=present)
+        may_hold = (self.sent_s >= effective_s)[:, np.newaxis]
+        furthest_m: FloatArray = np.where(may_hold, self.furthest_m, -np.inf).max(axis=0)
+        if self.older_s >= effective_s:
+            furthest_m = np.maximum(furthest_m, self.older_m)
+        return furthest_m
 
 
 def nothing_sent(size: int) -> Sent:
@@ -113,32 +138,8 @@ def nothing_sent(size: int) -> Sent:
     limit_m, speed_mps = np.zeros((2, KEPT, size, COMMANDS + 1))
     free_m, nowhere_m = np.zeros((KEPT, size)), np.full((KEPT, size), -np.inf)
     never_s = np.full(KEPT, -np.inf)
-    return Sent(never_s, limit_m, speed_mps, free_m, nowhere_m, -np.inf, nowhere_m[0])
-
-
-@compiled
-def _covered_m(
-    sent_s: FloatArray,
-    furthest_m: FloatArray,
-    older: tuple[float, FloatArray],
-    acknowledged_s: FloatArray,
-    present: BoolArray,
-) -> FloatArray:
-    slots, size = furthest_m.shape
-    effective_s = np.inf
-    for train in range(size):
-        if present[train]:
-            held_s = -np.inf
-            for slot in range(slots):
-                if furthest_m[slot, train] > -np.inf and sent_s[slot] <= acknowledged_s[train]:
-                    held_s = max(held_s, sent_s[slot])
-            effective_s = min(effective_s, held_s)
-    older_s, older_m = older
-    covered_m = older_m.copy() if older_s >= effective_s else np.full(size, -np.inf)
-    for slot in range(slots):
-        if sent_s[slot] >= effective_s:
-            covered_m = np.maximum(covered_m, furthest_m[slot])
-    return covered_m
+    no_train = np.full(size, -np.inf)
+    return Sent(never_s, limit_m, speed_mps, free_m, nowhere_m, no_train, -np.inf, no_train)
 
 
 @compiled

@@ -146,6 +146,7 @@ def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
     here = order.first[row]
     while here < last and ends.tail_m >= order.clear_m[here]:
         here += 1
+    nearest_m = -np.inf
     for section in range(here, last + 1):
         entry_m = order.entry_m[section]
         if section > here and entry_m >= ends.reach_m:
@@ -153,23 +154,29 @@ def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
         ahead = order.through[row, section]
         outside = section > here and ends.front_m <= entry_m + AT_START_M
         if outside and order.at_points[section] and ahead >= 0 and not gone[ahead]:
-            # The detector-locked section admits one train.
-            clear_m, throw_s = order.clear_m[section - 1], order.throw_s[section]
-            clear = 0
-            while clear < grid.moments and rear_m[ahead, clear] < clear_m:
-                clear += 1
-            if clear > 0 and not order.same_way[row, section]:
-                clear += int(np.ceil(throw_s / grid.step_s))
-            raise_wall(limit_m, entry_m, 0, clear)
+            raise_wall(limit_m, entry_m, 0, _locked_moments(row, section, grid, rear_m, order))
         ahead = order.before[row, section]
         if ahead < 0 or gone[ahead]:
             continue
-        follows = section == here or order.before[row, section - 1] == ahead
-        nearest_m = -np.inf if follows else entry_m
+        if section > here and order.before[row, section - 1] != ahead:
+            # Until it joins this way that train is beside it, wherever it is.
+            nearest_m = entry_m
         for moment in range(grid.moments):
             if rear_m[ahead, moment] >= order.clear_m[section]:
                 break
             limit_m[moment] = min(limit_m[moment], max(rear_m[ahead, moment], nearest_m))
+
+
+@compiled
+def _locked_moments(row: int, section: int, grid: Grid, rear_m: FloatArray, order: Order) -> int:
+    """Count the moments before a train may enter points: their section admits one train."""
+    ahead, clear_m = order.through[row, section], order.clear_m[section - 1]
+    clear = 0
+    while clear < grid.moments and rear_m[ahead, clear] < clear_m:
+        clear += 1
+    if clear > 0 and not order.same_way[row, section]:
+        clear += int(np.ceil(order.throw_s[section] / grid.step_s))
+    return clear
 
 
 @compiled

@@ -181,8 +181,8 @@ class ControlMap:
             memory = memory._replace(reports=reports, aboard=aboard)
         if state.time_s + TOLERANCE_S >= memory.next_s:
             memory = self._update(seen, memory)
-            covered_m = memory.sent.covered_m(radio.acknowledged_s, state.present)
-            memory = memory._replace(covered_m=covered_m)
+            sent = memory.sent.acknowledged(radio.acknowledged_s)
+            memory = memory._replace(sent=sent, covered_m=sent.covered_m(state.present))
         return self._keep(state, seen, memory)
 
     def _update(self, state: LineState, memory: Memory) -> Memory:

@@ -26,6 +26,7 @@ from railway.arrays import BoolArray, FloatArray
 from railway.compiled import compiled, plain
 from railway.control import Foresight, Protection, Separation
 from railway.leaders import section_ends_m
+from railway.profile import at_each
 from railway.radio import TOLERANCE_S, RadioSpec, RadioState
 from railway.state import Authority, LineState, Link
 from railway.world import World
@@ -92,6 +93,8 @@ class OverRadio:
         self.idle_time_s = inner.idle_time_s
         self.release_delay_s = inner.release_delay_s + radio.oldest_knowledge_s
         self._clear_m = np.concatenate([[-np.inf], section_ends_m(world.line)[0]])
+        brakes = map(world.of_type, ("emergency_brake_mps2", "service_brake_mps2"))
+        self._harder_mps2 = np.subtract(*brakes)
         self._nothing_commanded = np.full(world.size, np.inf)
         # Whatever a train may still hear, or go by when it hears it, is remembered.
         self._slots = math.ceil((HORIZON_S + radio.delay_most_s) / radio.cycle_s) + 2
@@ -179,13 +182,18 @@ class OverRadio:
         """Let the centre work out limits from what it knows, and send them."""
         # A report may be older than the news that its train has left the points.
         reported_m = memory.reports.front_m - self._world.length_m
-        older = reported_m < memory.cleared_m
-        tail_m = np.where(older, memory.cleared_m, reported_m)
+        reports, older = memory.reports, reported_m < memory.cleared_m
+        tail_m, front_m, speed_mps = reported_m, reports.front_m, reports.speed_mps
+        if older.any():
+            tail_m = np.where(older, memory.cleared_m, reported_m)
+            front_m = np.where(older, tail_m + self._world.length_m, front_m)
+            slowed_mps = self._slowed_mps(reports.front_m, front_m, speed_mps)
+            speed_mps = np.where(older, slowed_mps, speed_mps)
         rear_m = np.where(state.follows, tail_m[state.leader], np.inf)
         known = state._replace(
-            front_m=np.where(older, tail_m + self._world.length_m, memory.reports.front_m),
+            front_m=front_m,
             tail_m=tail_m,
-            speed_mps=np.where(older, 0.0, memory.reports.speed_mps),
+            speed_mps=speed_mps,
             clear_to_m=np.minimum(state.granted_m, rear_m),
         )
         authority, inner = self._inner.authorise(known, memory.inner)
@@ -199,6 +207,16 @@ class OverRadio:
             telegrams=_added(telegrams, sent_s, limit_m),
             next_s=sent_s + self._radio.cycle_s,
         )
+
+    def _slowed_mps(
+        self, from_m: FloatArray, to_m: FloatArray, speed_mps: FloatArray
+    ) -> FloatArray:
+        """Return the least speeds at some places, after emergency braking from others."""
+        potential, row_start = self._world.profile.potential_m2ps2.ravel(), self._world.row_start
+        taken = at_each(potential, to_m, row_start) - at_each(potential, from_m, row_start)
+        taken += self._harder_mps2 * (to_m - from_m)
+        slowed_mps: FloatArray = np.sqrt(np.maximum(np.square(speed_mps) - 2.0 * taken, 0.0))
+        return slowed_mps
 
     def limit_behind_m(
         self,

@@ -10,6 +10,7 @@ import pytest
 from controllers import build
 from controllers.protection.control_map import ControlMap, ControlMapOptions, Memory
 from railway.arrays import FloatArray
+from railway.faults import Fault
 from railway.obstructions import Cause, Closure, Disruptions
 from railway.radio import LOSSLESS, Outage, RadioSpec
 from railway.records import RunRecord
@@ -26,6 +27,7 @@ def on_map(
     options: dict[str, Option] | None = None,
     overstay_s: Sequence[float] = (),
     delay_s: FloatArray | None = None,
+    faults: Sequence[Fault] | None = None,
 ) -> tuple[RunRecord, Observed, "Listener"]:
     """Run under the control map; where no delays are named, some overstay at their second call."""
     world = world_of(scenario)
@@ -36,7 +38,9 @@ def on_map(
         delay_s = np.zeros((world.size, world.stop_m.shape[1] - 1))
         delay_s[: len(overstay_s), 1] = overstay_s
     controller = replace(honest, protection=listener)
-    record, engine = run(scenario, controller=controller, delay_s=delay_s, radio=radio)
+    record, engine = run(
+        scenario, controller=controller, delay_s=delay_s, radio=radio, faults=faults
+    )
     return record, engine, listener
 
 

@@ -42,7 +42,7 @@ def keep(
         np.array([to_stop_m]),
         np.ones(1, dtype=np.bool_),
         np.array([100.0]),
-        (*sent, np.array([[meant], [True]])),
+        (*sent, np.array([[100.0 if meant else -np.inf], [100.0]])),
         np.array([99.0]),
         np.array([held_m]),
         (LEVEL, np.zeros(1), np.array([BRAKE_MPS2])),

@@ -94,17 +94,17 @@ def test_lost_reports_hold_the_follower_but_brake_nobody() -> None:
 
 
 class Written:
-    """A protection whose limits are written down."""
+    """A protection whose limits for one train are written down."""
 
-    def __init__(self, protection: Any) -> None:  # noqa: ANN401
-        self._protection = protection
+    def __init__(self, protection: Any, row: int) -> None:  # noqa: ANN401
+        self._protection, self._row = protection, row
         self.initial = protection.initial
         self.limit_m: list[float] = []
 
     def authorise(self, state: LineState, memory: Any) -> tuple[Authority, Any]:  # noqa: ANN401
         authority, memory = self._protection.authorise(state, memory)
-        if state.present[2]:
-            self.limit_m.append(float(authority.limit_m[2]))
+        if state.present[self._row]:
+            self.limit_m.append(float(authority.limit_m[self._row]))
         return authority, memory
 
 
@@ -118,7 +118,7 @@ def test_points_tell_that_a_train_has_left_them_before_it_does(protection: str) 
     delay_s = np.zeros((4, 2))
     delay_s[1, 0] = 39.0
     honest = controller_of(world_of(scenario), protection=protection, radio=spec)
-    written = Written(honest.protection)
+    written = Written(honest.protection, row=2)
     controller = replace(honest, protection=written)
     record, _ = run(scenario, controller=controller, delay_s=delay_s, radio=spec)
     assert record.violations == ()
