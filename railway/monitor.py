@@ -15,6 +15,7 @@ from railway.control import Separation, exclusive_pieces
 from railway.intrusion import Intrusions
 from railway.line import Turnout
 from railway.obstructions import Obstruction
+from railway.proofs import Proofs
 from railway.recorder import StepBlock
 from railway.records import Violation
 from railway.world import World
@@ -64,6 +65,7 @@ class Monitor:
         }
         self._fouling = _tracks_at_points(world)
         self._intrusions = Intrusions(world, obstructions, self._overrun_m, by_radio=by_radio)
+        self._proofs = Proofs(world)
         self._open: dict[tuple[int, str], tuple[float, float, float]] = {}
         self._closed: list[Violation] = []
 
@@ -82,6 +84,8 @@ class Monitor:
             for step, column in np.argwhere(passed).tolist():
                 time_s = float(block.time_s[step + 1])
                 self._extend(int(block.rows[column]), kind, time_s, float(excess[step, column]))
+        for row, kind, time_s, early_s in self._proofs.early(block):
+            self._extend(row, kind, time_s, early_s)
 
     def note_collisions(self, rows: tuple[int, ...], time_s: float) -> None:
         """
@@ -270,7 +274,12 @@ class Monitor:
             "limit": f"was {3.6 * excess:.1f} km/h above the line limit",
             "acceleration": f"was {excess:.2f} m/s2 beyond its traction or braking",
         }.get(kind)
-        event = {"collision": "collided", "stalled": "never reached the end of the line"}.get(kind)
+        event = {
+            "collision": "collided",
+            "stalled": "never reached the end of the line",
+            "points": f"entered points {excess:.1f} s or more before they could lie for it",
+            "crossing": f"entered a level crossing {excess:.1f} s before it could be closed",
+        }.get(kind)
         message = f"{train} {event}" if event else f"{train} {bound} (for {lasted:.1f} s)"
         return Violation(since_s, row, kind, excess, message)
 

@@ -79,10 +79,10 @@ VIOLATIONS = (
         "kind",
         "str",
         "",
-        "authority, spacing, block, band, fouling, obstruction, stop, limit, acceleration, "
-        "collision or stalled",
+        "authority, spacing, block, band, fouling, obstruction, points, crossing, stop, limit, "
+        "acceleration, collision or stalled",
     ),
-    Column("excess", "float64", "m, m/s or m/s2", "by how much the bound was passed"),
+    Column("excess", "float64", "m, m/s, m/s2 or s", "by how much the bound was passed"),
     Column("message", "str", "", "the same in a sentence"),
 )
 OBSTRUCTIONS = (

@@ -8,9 +8,9 @@ import pytest
 
 from controllers import build
 from controllers.drive import TractionDrive
-from railway.arrays import IntArray
+from railway.arrays import FloatArray, IntArray
 from railway.control import Command, Controller, Drive, Protection, Separation
-from railway.line import Gradient, SpeedLimit
+from railway.line import Crossing, Gradient, SpeedLimit
 from railway.obstructions import Cause, Closure, Disruptions
 from railway.records import RunRecord
 from railway.scenario import ControllerSpec, Scenario
@@ -257,6 +257,70 @@ def test_a_train_inside_points_that_another_train_is_passing_is_named() -> None:
     # which stands at 398 m; the fouling section begins at 340 m.
     assert [v.row for v in fouling] == [0, 1]
     assert [v.excess for v in fouling] == pytest.approx([58.0, 58.0], abs=5.0)
+
+
+@dataclass
+class _GrantsEverything:
+    """Keeps behind the tails of trains on the same route, and looks at nothing else."""
+
+    honest: Protection[Any]
+    world: World
+
+    def initial(self) -> object:
+        return self.honest.initial()
+
+    def authorise(self, state: LineState, memory: object) -> tuple[Authority, object]:
+        authority, memory = self.honest.authorise(state, memory)
+        services = self.world.timetable.services
+        limit_m = np.full(self.world.size, self.world.far_m)
+        for row, service in enumerate(services):
+            for other, tail_m in enumerate(state.tail_m):
+                shared = set(service.route) & set(services[other].route)
+                if shared and state.present[other] and state.front_m[other] > state.front_m[row]:
+                    limit_m[row] = min(limit_m[row], tail_m - 25.0)
+        return authority._replace(limit_m=limit_m), memory
+
+
+def run_granted_everything(scenario: Scenario, delay_s: FloatArray) -> RunRecord:
+    world = world_of(scenario)
+    honest = controller_of(world)
+    controller = replace(honest, protection=_GrantsEverything(honest.protection, world))
+    return run(scenario, controller=controller, delay_s=delay_s)[0]
+
+
+def test_a_train_in_points_that_lie_for_another_one_is_named() -> None:
+    """T2 goes before T1, which overstays, though the points lie for T1; nobody else is near."""
+    delay_s = np.zeros((2, 2))
+    delay_s[0, 0] = 400.0
+    record = run_granted_everything(merge_scenario(2, 60.0), delay_s)
+    (found,) = record.violations
+    assert (found.row, found.kind) == (1, "points")
+    assert "before they could lie for it" in found.message
+
+
+@pytest.mark.parametrize("moves_s", [20.0, 60.0])
+def test_a_train_in_points_that_are_still_moving_is_named(moves_s: float) -> None:
+    """T2 follows T1 from another track; only the time of throw and proof is missing."""
+    scenario = merge_scenario(2, 60.0)
+    honest, _ = run(scenario, delay_s=np.zeros((2, 2)))
+    turnouts = tuple(replace(points, throw_s=moves_s) for points in scenario.line.turnouts)
+    moving = replace(scenario, line=replace(scenario.line, turnouts=turnouts))
+    record = run_granted_everything(moving, np.zeros((2, 2)))
+    assert honest.violations == ()
+    assert [v.kind for v in record.violations] == (
+        ["obstruction", "points"] if moves_s > 40.0 else []
+    )
+
+
+@pytest.mark.parametrize("closing_s", [20.0, 60.0])
+def test_a_train_on_a_crossing_that_is_still_open_is_named(closing_s: float) -> None:
+    scenario = two_station_scenario(2, 300.0)
+    crossing = Crossing("road", 800.0, 808.0, 400.0, closing_s)
+    scenario = replace(scenario, line=replace(scenario.line, crossings=(crossing,)))
+    record = run_granted_everything(scenario, np.zeros((2, 2)))
+    late = [(v.row, v.kind) for v in record.violations]
+    # From strike-in to the crossing it takes about 21 s.
+    assert late == ([(0, "crossing"), (1, "crossing")] if closing_s > 40.0 else [])
 
 
 def test_a_train_that_never_arrives_is_named() -> None:

@@ -1,0 +1,172 @@
+"""
+Who passes what is not proven for it: points that lie otherwise, crossings that are still open.
+
+This part of the monitor believes nothing that signalling says: it works out from recorded fronts,
+the timetable and the line itself when points can lie for a train, and a crossing be closed.
+"""
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+
+from railway.arrays import FloatArray
+from railway.line import Crossing, Turnout
+from railway.recorder import StepBlock
+from railway.world import World
+
+ENTERED_M = 0.55
+"""A front this far beyond a place has not stopped at it, a stop error off. [m]"""
+ROUNDING_S = 1e-3
+
+
+class Passings:
+    """When fronts and tails pass some places for the first time; infinite until they do."""
+
+    def __init__(self, world: World, fronts_m: FloatArray, tails_m: FloatArray) -> None:
+        self._length_m = world.length_m
+        self._fronts = fronts_m.size
+        self._places_m = np.concatenate([fronts_m, tails_m])
+        self._time_s = np.full((self._places_m.size, world.size), np.inf)
+        self._on_line = np.zeros(world.size, dtype=np.bool_)
+
+    @property
+    def front_s(self) -> FloatArray:
+        """Of fronts. [s], shape (n_fronts, n_trains)"""
+        return self._time_s[: self._fronts]
+
+    @property
+    def tail_s(self) -> FloatArray:
+        """Of tails, and of trains that have left the line. [s], shape (n_tails, n_trains)"""
+        return self._time_s[self._fronts :]
+
+    def add(self, block: StepBlock) -> list[tuple[int, int]]:
+        """
+        Take note of a block of steps.
+
+        Parameters
+        ----------
+        block
+            The steps.
+
+        Returns
+        -------
+        list[tuple[int, int]]
+            Index of the place and row of the train, for every front that has passed one now.
+        """
+        rows, end = block.rows, block.present.shape[0] - 1
+        last = np.where(block.present, np.arange(end + 1)[:, np.newaxis], -1).max(axis=0)
+        there_m = np.repeat(self._places_m[:, np.newaxis], rows.size, axis=1)
+        there_m[self._fronts :] += self._length_m[rows]
+        furthest_m = block.front_m[last + 1, np.arange(rows.size)]
+        reached = np.isinf(self._time_s[:, rows]) & (last >= 0) & (furthest_m >= there_m)
+        found = np.argwhere(reached).tolist()
+        for place, column in found:
+            after = block.front_m[1:, column] >= there_m[place, column]
+            step = int(np.argmax(after & block.present[:, column]))
+            self._time_s[place, rows[column]] = block.time_s[step + 1]
+        left_s = np.where(self._on_line, block.time_s[0], np.inf)
+        left_s[rows[last >= 0]] = block.time_s[last[last >= 0] + 1]
+        self._on_line[:] = False
+        self._on_line[rows[last == end]] = True
+        left_s[self._on_line] = np.inf
+        np.minimum(self.tail_s, left_s, out=self.tail_s)
+        return [(place, int(rows[column])) for place, column in found if place < self._fronts]
+
+
+class Proofs:
+    """Finds trains that enter points or crossings before these can be proven for them."""
+
+    def __init__(self, world: World) -> None:
+        line = world.line
+        self._turnouts, self._crossings = line.turnouts, line.crossings
+        self._before = [_other_ways(world, points) for points in self._turnouts]
+        self._users = [_users(world, crossing) for crossing in self._crossings]
+        entries_m = [points.fouling_start_m for points in self._turnouts]
+        entries_m += [crossing.start_m for crossing in self._crossings]
+        ends_m = [points.fouling_end_m for points in self._turnouts]
+        ends_m += [crossing.end_m for crossing in self._crossings]
+        strikes_m = [crossing.strike_in_m for crossing in self._crossings]
+        self._passings = Passings(
+            world,
+            np.concatenate([np.array(entries_m) + ENTERED_M, strikes_m]),
+            np.array(ends_m),
+        )
+
+    def early(self, block: StepBlock) -> Iterator[tuple[int, str, float, float]]:
+        """
+        Yield who has entered something before it can be proven.
+
+        Parameters
+        ----------
+        block
+            The steps.
+
+        Yields
+        ------
+        tuple[int, str, float, float]
+            Row of the train, ``points`` or ``crossing``, when, and how much too early at least. [s]
+        """
+        if not (self._turnouts or self._crossings):
+            return
+        for place, row in self._passings.add(block):
+            kind, proven_s = "points", -np.inf
+            crossing = place - len(self._turnouts)
+            if crossing >= len(self._crossings):
+                continue
+            if crossing < 0:
+                proven_s = self._lies_s(place, row)
+            elif row in self._users[crossing]:
+                kind, proven_s = "crossing", self._closed_s(crossing, row)
+            entered_s = float(self._passings.front_s[place, row])
+            if entered_s < proven_s - ROUNDING_S:
+                known_s = proven_s if proven_s < np.inf else float(block.time_s[-1])
+                yield row, kind, entered_s, known_s - entered_s
+
+    def _lies_s(self, turnout: int, row: int) -> float:
+        """Return when points can lie for a train; infinite as long as another has to go first."""
+        before = self._before[turnout].get(row)
+        if before is None:
+            return -np.inf
+        points = self._turnouts[turnout]
+        return float(self._passings.tail_s[turnout, before]) + points.throw_s + points.proof_s
+
+    def _closed_s(self, number: int, row: int) -> float:
+        """Return when a crossing can be closed for a train; it stays so for who strikes in."""
+        users = self._users[number]
+        place, tail = (
+            len(self._turnouts) + len(self._crossings) + number,
+            len(self._turnouts) + number,
+        )
+        strikes_s = self._passings.front_s[place, users]
+        passes_s = self._passings.tail_s[tail, users]
+        began_s, ends_s = np.inf, -np.inf
+        for user in np.argsort(strikes_s, kind="stable").tolist():
+            if strikes_s[user] > ends_s:
+                began_s = float(strikes_s[user])
+            ends_s = max(ends_s, float(passes_s[user]))
+            if users[user] == row:
+                break
+        return began_s + self._crossings[number].closing_s
+
+
+def _other_ways(world: World, points: Turnout) -> dict[int, int]:
+    """Return for each train that passes points the one before it, if that goes another way."""
+    end_m = {track.id: track.end_m for track in world.line.track_by_id.values()}
+    ways = [
+        (row, way)
+        for row, service in enumerate(world.timetable.services)
+        for way in pairwise(service.route)
+        if end_m[way[0]] == points.position_m
+    ]
+    return {row: before for (before, other), (row, way) in pairwise(ways) if way != other}
+
+
+def _users(world: World, crossing: Crossing) -> list[int]:
+    """Return the trains that come to a crossing from before it."""
+    tracks = set(world.line.tracks_between(crossing.start_m, crossing.end_m))
+    return [
+        row
+        for row, service in enumerate(world.timetable.services)
+        if tracks & set(service.route) and service.calls[0].stop_m <= crossing.start_m
+    ]
