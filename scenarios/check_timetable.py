@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from scenarios.check_line import LineTables
+from scenarios.check_line import LineTables, same
 from scenarios.faults import Fault, meant
 from scenarios.files import Table
 from scenarios.schema import (
@@ -93,7 +93,8 @@ def timetable_faults(
         faults += _sequence_faults(timetable, line, calls)
         faults += _stop_faults(timetable, line, calls, kind)
         faults += _route_faults(timetable, line, calls)
-    return faults + _order_faults(timetable, line)
+        faults += _points_faults(timetable, line, calls, kind)
+    return faults + _order_faults(timetable, line) + _start_faults(timetable, line)
 
 
 def _service_faults(timetable: TimetableTables, stock: RollingStockFile | None) -> list[Fault]:
@@ -210,6 +211,53 @@ def _stop_faults(
             room_m = 1000.0 * (platform.stop_km - platform.start_km)
             allowed = f"up to {room_m:g} m from the start of the platform to the stop position"
             faults.append(table.fault(call, "track", problem, allowed))
+    return faults
+
+
+def _points_faults(
+    timetable: TimetableTables,
+    line: LineTables,
+    calls: Sequence[CallRow],
+    kind: TrainEntry | None,
+) -> list[Fault]:
+    """Return what is wrong if a train stands ready in points: nobody would lock them for it."""
+    tracks = {row.id: row for row in line.tracks}
+    platforms = {(row.station, row.track): row for row in line.platforms}
+    first = calls[0] if calls else None
+    platform = platforms.get((first.station, first.track)) if first else None
+    if first is None or platform is None or kind is None or first.track not in tracks:
+        return []
+    track, front_km = tracks[first.track], platform.stop_km
+    tail_km = front_km - 0.001 * kind.length_m
+    faults = []
+    for points in line.turnouts:
+        before = same(points.position_km, track.end_km) and front_km > points.fouling_start_km
+        behind = same(points.position_km, track.start_km) and tail_km < points.fouling_end_km
+        if before or behind:
+            problem = f"train {first.train!r} starts in the fouling section of {points.id!r}"
+            ends = f"up to {points.fouling_start_km:g} or from {points.fouling_end_km:g}"
+            faults.append(timetable.calls.fault(first, "track", problem, f"a place {ends}"))
+    return faults
+
+
+def _start_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
+    """Return what is wrong where trains start in the way of trains that go before them."""
+    stop_km = {(row.station, row.track): row.stop_km for row in line.platforms}
+    by_train = calls_by_train(timetable)
+    earlier: list[tuple[str, float, set[tuple[int, int]]]] = []
+    faults = []
+    for train, calls in by_train.items():
+        route = route_of(line, calls)
+        start_km = stop_km.get((calls[0].station, calls[0].track)) if calls else None
+        if not route or start_km is None:
+            continue
+        for other, from_km, way in earlier:
+            if from_km < start_km and route[0] in way:
+                problem = f"train {train!r} starts on a track that {other!r} has to pass before it"
+                allowed = "a track that no train before it in services.csv comes along"
+                faults.append(timetable.calls.fault(calls[0], "track", problem, allowed))
+                break
+        earlier.append((train, start_km, set(route)))
     return faults
 
 

@@ -109,6 +109,12 @@ CASES = {
         "B2,middle,middle-2,07:01:00,07:02:00",
         "row 5, column departure",
     ),
+    "start in the way": (
+        "calls.csv",
+        "B2,middle,middle-2",
+        "B2,middle,middle-1",
+        "row 5, column track",
+    ),
     "dwell station": ("dwell_stations.csv", "last,20", "lost,20", "row 4, column station"),
     "dwell station twice": ("dwell_stations.csv", "last,20", "first,20", "row 4, column station"),
     "dwell station missing": ("dwell_stations.csv", "last,20,30,1.0\n", "", "column station"),
@@ -149,6 +155,17 @@ CIRCUIT_CASES = {
     "missing column": (",end_km\n", "\n", "row 1, column end_km", "start_km,end_km,id,track"),
     "no number": ("1.25,1.6", "1.25,x", "row 5, column end_km", "number"),
 }
+
+
+@pytest.mark.parametrize(("old", "new"), [("1.6,1.54", "1.6,1.49"), ("1.19,1.26", "1.19,1.31")])
+def test_a_train_does_not_start_in_points(tmp_path: Path, old: str, new: str) -> None:
+    folder = write_scenario(tmp_path)
+    replace(folder, "turnouts.csv", old, new)
+    with pytest.raises(ScenarioError) as caught:
+        load(folder)
+    (fault,) = caught.value.faults
+    assert (fault.file, fault.where) == ("calls.csv", "row 5, column track")
+    assert "'B2' starts in the fouling section" in fault.problem
 
 
 @pytest.mark.parametrize(("file", "old", "new", "where"), CASES.values(), ids=CASES)
