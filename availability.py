@@ -17,7 +17,7 @@ from analysis import (
     refuse_foreign,
 )
 from provenance import provenance_of
-from railway.availability import simulate_outages
+from railway.availability import availability, simulate_outages
 from railway.fault_tree import FaultTreeError, minimal_cut_sets
 from scenarios import load_configurations, load_fault_tree
 from study import Study, StudyError, StudyResult
@@ -60,7 +60,7 @@ def run_availability(
     ScenarioError
         If a file cannot be used.
     StudyError
-        If the fault tree has too many cut sets.
+        If the fault tree has too many cut sets, or a system is stopped all the time.
     FileExistsError
         If something else stands where the results would go.
     """
@@ -68,6 +68,11 @@ def run_availability(
     systems, source, digest = load_configurations(scenario_folder)
     tree = load_fault_tree(scenario_folder)
     refuse_foreign(folder, DEPENDABILITY_FILES)
+    for system in systems:
+        if availability(system).availability < 0.0:
+            msg = f"availability.toml: {system.name} is stopped for longer than a year has hours; "
+            msg += "allowed: failures so rare that they hardly ever meet"
+            raise StudyError(msg)
     try:
         if tree:
             for top in tree.tops:

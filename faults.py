@@ -8,6 +8,7 @@ Every run has one fault of one unit; it is compared with a run of the same seed 
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -29,7 +30,7 @@ from railway.state import Authority, LineState, Reason
 from study import Study, StudyError, StudyResult, run_once, world_of
 from workers import performed
 
-VERSION = 1
+VERSION = 2
 """Of what a run of the campaign is; runs of another one are not continued."""
 SEEDS = 20
 """Days that the faults are spread over. [-]"""
@@ -188,14 +189,22 @@ class Journal:
         # Who was killed while writing has left half a line.
         whole = [line for line in lines if line.endswith(b"\n")]
         if whole:
-            self._check(json.loads(whole[0]), settings)
-            findings = [json.loads(line) for line in whole[1:]]
+            told = [self._read(line, number) for number, line in enumerate(whole, start=1)]
+            self._check(told[0], settings)
             tasks = set(campaign.tasks)
-            known = {Task(finding["number"], finding["seed"]): finding for finding in findings}
+            known = {Task(finding["number"], finding["seed"]): finding for finding in told[1:]}
             self.done = {task: finding for task, finding in known.items() if task in tasks}
         else:
             whole = [_line(settings)]
         file.write_bytes(b"".join(whole))
+
+    def _read(self, line: bytes, number: int) -> Finding:
+        with suppress(ValueError):
+            found = json.loads(line)
+            if isinstance(found, dict) and (number == 1 or {"number", "seed"} <= found.keys()):
+                return found
+        msg = f"{self._file}, line {number}: damaged; allowed: --fresh, to start anew"
+        raise StudyError(msg)
 
     def _check(self, found: Mapping[str, Any], settings: Mapping[str, Any]) -> None:
         if found == settings:
@@ -284,7 +293,7 @@ def _perform(campaign: Campaign, task: Task, _: Callable[[float], None]) -> Find
     fault = None
     if task.number != BASELINE:
         fault = draw_fault(world, study.seeds[0], task.number)
-    witness = Witness()
+    witness = Witness(fault)
 
     def wrap(name: str, layer: Any) -> Any:  # noqa: ANN401 - any layer
         if name != "protection":
@@ -302,10 +311,11 @@ def _perform(campaign: Campaign, task: Task, _: Callable[[float], None]) -> Find
 class Witness:
     """Stands before a protection and remembers what it knew."""
 
-    def __init__(self) -> None:
+    def __init__(self, fault: Fault | None) -> None:
         self.last: Memory | None = None
-        self.widened = False
-        """A band was longer than usual."""
+        self.widened: set[int] = set()
+        """Rows of the trains whose bands were longer than usual since the fault."""
+        self._from_s = np.inf if fault is None else fault.from_s
         self._protection: Any = None
 
     def watching(self, protection: Any) -> "Witness":  # noqa: ANN401 - a control map
@@ -347,7 +357,9 @@ class Witness:
             The protection's.
         """
         authority, self.last = self._protection.authorise(state, memory)
-        self.widened = self.widened or bool(self.last.aboard.widened_m.any())
+        widened_m = self.last.aboard.widened_m
+        if state.time_s >= self._from_s and widened_m.any():
+            self.widened.update(np.flatnonzero(widened_m).tolist())
         return authority, self.last
 
 
@@ -423,7 +435,8 @@ def _reactions(fault: Fault, record: RunRecord, witness: Witness) -> list[str]:
     braked &= np.isin(samples.row, list(about))
     done = {
         "obstruction set": fault.variant in {Variant.STATE, Variant.EQUIPMENT},
-        "band widened": witness.widened or (fault.unit in trains and Notice.NO_REPORT in notices),
+        "band widened": bool(witness.widened & about)
+        or (fault.unit in trains and Notice.NO_REPORT in notices),
         "nothing sent": bool(notices & {Notice.EXCLUSION, Notice.CENTRE_CLOCK}),
         "emergency brake": bool(braked.any()),
         "position corrected": Notice.BALISE in notices,

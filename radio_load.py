@@ -19,6 +19,7 @@ from analysis import (
     LoadCase,
     RadioTables,
     SavedRun,
+    SavedRunError,
     late_share,
     publish_radio,
     read_saved_run,
@@ -220,7 +221,7 @@ def run_radio(
     ScenarioError
         If ``radio_network.toml`` cannot be used.
     SavedRunError
-        If there is no saved run.
+        If there is no saved run of this scenario.
     FileExistsError
         If something else stands where the results would go.
     """
@@ -229,6 +230,9 @@ def run_radio(
     refuse_foreign(folder, RADIO_FILES)
     started = time.perf_counter()
     run = read_saved_run(results, controller)
+    if run.scenario not in {"", study.scenario.name}:
+        msg = f"{results}: of the scenario {run.scenario}; allowed: a run of {study.scenario.name}"
+        raise SavedRunError(msg)
     question = Question(plan, run, study.seeds[0])
     tasks, found = tasks_of(plan), {}
     progress(0, len(tasks))

@@ -253,7 +253,7 @@ def show_faults(  # noqa: PLR0913, PLR0917 - one argument per option of the comm
                 campaign, out, lambda done, total: shown.update(bar, completed=done, total=total)
             )
     header, rows = fault_texts(found.tables.table)
-    shown_table = Table(*header)
+    shown_table = Table(*map(escape, header))
     for column in shown_table.columns[-3:]:
         column.justify = "right"
     for row in rows:
@@ -261,7 +261,9 @@ def show_faults(  # noqa: PLR0913, PLR0917 - one argument per option of the comm
     answers.print(shown_table)
     answers.print(f"Results: {found.tables.folder}", soft_wrap=True)
     if found.interrupted:
-        console.print("Interrupted: what was finished is kept; the same command continues.")
+        again = "without --fresh " if fresh else ""
+        told = f"Interrupted: what was finished is kept; the same command {again}continues."
+        console.print(told)
     if found.unsafe:
         console.print(f"[bold red]{len(found.unsafe)} runs with unsafe events[/]")
         list_sentences(found.unsafe)

@@ -10,10 +10,11 @@ import controllers
 from railway.control import Controller, Foresight
 from railway.dwell import DwellDelays
 from railway.journey import Journey, technical_journey
+from railway.obstructions import UNDISTURBED
 from railway.records import RunRecord
 from railway.scenario import ControllerSpec, Scenario
 from railway.timetable import Call, Timetable
-from study import Study, run_once, world_of
+from study import Study, StudyError, run_once, world_of
 
 RESOLUTION_S = 0.1
 """How exactly a headway is found. [s]"""
@@ -22,6 +23,8 @@ READY_S = 1.0
 """A train stands ready so long before it departs. [s]"""
 FIRST_STRIDE = 4
 """How far from the guess the search looks next, in units of the resolution."""
+MOST_S = 3600.0
+"""No headway is looked for beyond. [s]"""
 
 
 def foresight_of(controller: Controller) -> Foresight:
@@ -63,6 +66,11 @@ def simulated_headway_s(
     float
         The least interval, in whole steps, at which the second train arrives there and departs
         as long after the first one. [s]
+
+    Raises
+    ------
+    StudyError
+        If there is none.
     """
     row, call = place
     steps = max(round(RESOLUTION_S / study.step_s), 1)
@@ -77,10 +85,15 @@ def simulated_headway_s(
         record = run_once(pair, spec, pair.seed, study.step_s)
         return is_unhindered(record, headway_s)
 
-    return unit_s * least_free(is_free, round(guess_s / unit_s))
+    found = least_free(is_free, round(guess_s / unit_s), round(MOST_S / unit_s))
+    if found is None:
+        msg = f"{spec.name}: a second train is never on time to the step, however long after the "
+        msg += "first (by radio none is); allowed: --simulate none, or other controllers"
+        raise StudyError(msg)
+    return unit_s * found
 
 
-def least_free(is_free: Callable[[int], bool], guess: int) -> int:
+def least_free(is_free: Callable[[int], bool], guess: int, most: int) -> int | None:
     """
     Return the least number from which on something is free.
 
@@ -90,11 +103,13 @@ def least_free(is_free: Callable[[int], bool], guess: int) -> int:
         Whether a number is; all above a free one are, and below 1 none.
     guess
         Where to begin. [-]
+    most
+        Where to give up. [-]
 
     Returns
     -------
-    int
-        The number.
+    int | None
+        The number; None if there seems to be none.
     """
     taken, free, stride = 0, guess, FIRST_STRIDE
     if is_free(guess):
@@ -105,6 +120,8 @@ def least_free(is_free: Callable[[int], bool], guess: int) -> int:
         taken = guess
         while not is_free(guess + stride):
             taken, stride = guess + stride, 2 * stride
+            if guess + stride > most:
+                return None
         free = guess + stride
     while free - taken > 1:
         middle = (free + taken) // 2
@@ -134,7 +151,7 @@ def two_trains(
     Returns
     -------
     Scenario
-        Without dwell delays; it ends when the second train should have departed.
+        Without dwell delays and disruptions; it ends when the second train should have departed.
     """
     service = scenario.timetable.services[row]
     begin_s = FIRST_DEPARTURE_S - journey.departure_s[call - 1]
@@ -162,6 +179,7 @@ def two_trains(
         scenario,
         timetable=Timetable((pattern, second)),
         dwell_delays=DwellDelays(),
+        disruptions=UNDISTURBED,
         patience_s=over_s - second.calls[-1].departure_s,
     )
 

@@ -201,8 +201,13 @@ def refuse_foreign(folder: Path, files: Sequence[str]) -> None:
     Raises
     ------
     FileExistsError
-        If there is something, neither such results nor an empty folder.
+        If there is something, neither such results nor an empty folder, or if its place is no
+        folder.
     """
+    nearest = next(place for place in folder.absolute().parents if place.exists())
+    if not nearest.is_dir():
+        msg = f"{nearest}: is no folder; choose another one"
+        raise FileExistsError(msg)
     empty = folder.is_dir() and not any(folder.iterdir())
     if folder.exists() and not empty and not _holds(folder, files):
         msg = f"{folder}: exists and holds no results of this program; choose another folder"

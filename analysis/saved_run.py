@@ -37,6 +37,8 @@ class SavedRun:
     folder: Path
     controller: str
     seed: int
+    scenario: str
+    """Its name; empty if the results do not say."""
     scenario_digest: str
     """Of the scenario as it was run; empty if the results do not say."""
     trips: tuple[Trip, ...]
@@ -144,6 +146,7 @@ def read_saved_run(folder: Path, controller: str | None = None) -> SavedRun:
         folder=folder,
         controller=run.controller,
         seed=run.seed,
+        scenario=str(results.provenance.get("scenario", "")),
         scenario_digest=str(results.provenance.get("scenario_sha256", "")),
         trips=tuple(
             Trip(own["time_s"].to_numpy(), own["front_m"].to_numpy())

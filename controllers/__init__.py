@@ -150,7 +150,8 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
     Raises
     ------
     ControllerError
-        If a layer or an option is unknown, or an option's value is not allowed.
+        If a layer or an option is unknown, an option's value is not allowed, or the radio does
+        not keep pace with the steps.
     """
     where = f"controllers.{spec.name}"
     if spec.peer is not None:
@@ -173,6 +174,14 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
             problem=f"the commands of {spec.protection} go through the track",
             allowed=", ".join(name for name in media if media[name] is not Medium.TRACK),
         )
+    by_radio, half_s = spec.radio or medium is Medium.RADIO, 0.5 * radio.cycle_s
+    # Commands are sent half a cycle after the reports, and nothing happens between two steps.
+    if by_radio and round(1e6 * half_s) % round(1e6 * world.step_s):
+        raise ControllerError(
+            where=f"{where}.radio",
+            problem=f"half a cycle of {radio.cycle_s:g} s is no multiple of the step",
+            allowed=f"steps that divide {half_s:g} s, unlike {world.step_s:g} s",
+        )
     try:
         if medium is Medium.RADIO:
             protection = make_protection(world, protection_options, radio)
@@ -191,7 +200,7 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
         operation,
         TractionDrive(world),
         protection.separation,
-        by_radio=spec.radio or medium is Medium.RADIO,
+        by_radio=by_radio,
     )
 
 

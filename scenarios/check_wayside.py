@@ -26,7 +26,11 @@ def crossing_faults(line: LineTables) -> list[Fault]:
         The faults.
     """
     faults = duplicates(line.crossings)
+    turnouts = {turnout.id for turnout in line.turnouts}
     for row in line.crossings:
+        if row.id in turnouts:
+            problem = f"{row.id!r} is a turnout already"
+            faults.append(line.crossings.fault(row, "id", problem, "every id once"))
         faults += _place_faults(line, row) if row.end_km > row.start_km else []
         if row.end_km <= row.start_km:
             problem = f"{row.end_km:g} does not lie after start_km"
@@ -190,3 +194,12 @@ def _stretch_problems(entry: ClosureEntry, line: LineTables) -> Iterator[tuple[s
         elif not (track.start_km < entry.end_km and entry.start_km < track.end_km):
             problem = f"track {name!r} does not lie between start_km and end_km"
             yield "tracks", problem, f"tracks between {entry.start_km:g} and {entry.end_km:g}"
+    named = [tracks[name] for name in entry.tracks if name in tracks]
+    first_km = min((track.start_km for track in named), default=entry.start_km)
+    last_km = max((track.end_km for track in named), default=entry.end_km)
+    if entry.start_km < first_km:
+        problem = f"{entry.start_km:g} lies before the tracks named"
+        yield "start_km", problem, f"from {first_km:g}"
+    if entry.end_km > last_km:
+        problem = f"{entry.end_km:g} lies behind the tracks named"
+        yield "end_km", problem, f"up to {last_km:g}"

@@ -38,8 +38,9 @@ def _number(value: object) -> object:
     return value
 
 
-def _clock(value: str) -> str:
-    if not _CLOCK.fullmatch(value):
+def _clock(value: object) -> object:
+    # A time without quotes is one to TOML, too.
+    if not isinstance(value, str) or not _CLOCK.fullmatch(value):
         raise ValueError(_CLOCK_TEXT)
     return value
 
@@ -491,6 +492,10 @@ def _explain(owner: type[BaseModel] | None, key: str, kind: str, value: object) 
 def _allowed(field: FieldInfo) -> str:
     if field.description:
         return field.description
+    if get_origin(field.annotation) is tuple:
+        (item, *_) = get_args(field.annotation)
+        tables = isinstance(item, type) and issubclass(item, BaseModel)
+        return "tables in double brackets" if tables else "a list"
     if get_origin(field.annotation) is Literal:
         return " or ".join(str(value) for value in get_args(field.annotation))
     kinds = {float: "a number", int: "a whole number", str: "text", float | None: "a number"}

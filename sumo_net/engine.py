@@ -37,6 +37,8 @@ RUN_AHEAD_S = 2.0
 """SUMO is this much behind at most. [s]"""
 AGREEMENT_M = 1e-3
 """SUMO and the integration of our commands may differ by rounding only. [m]"""
+ARRIVAL_M = 1.0
+"""SUMO may take a slow train off this much before the end of the line. [m]"""
 ALERT_STEPS = 3
 """SUMO reports an event up to two steps late; so long it is asked in every step."""
 
@@ -312,7 +314,7 @@ def _move(  # noqa: PLR0917 - compiled functions take plain arrays
         halted = next_mps <= 2.0 * HALTING_SPEED_MPS
         if halted and abs(front_m[row] - aims_m[place]) <= 2.0 * STOP_TOLERANCE_M:
             event_near = True
-        if front_m[row] + 2.0 * next_mps * step_s >= end_m:
+        if front_m[row] + 2.0 * next_mps * step_s + ARRIVAL_M >= end_m:
             event_near = True
     return event_near
 

@@ -260,7 +260,7 @@ def radio_hour_s(scenario: Scenario, folder: Path) -> float:
     journey = booked_journey(world, world.profile, 0)
     time_s = np.arange(journey.time_s[0], journey.time_s[-1], 1.0)
     trips = (Trip(time_s, journey.at(time_s)[0]),)
-    run = SavedRun(folder, "booked", scenario.seed, "", trips)
+    run = SavedRun(folder, "booked", scenario.seed, "", "", trips)
     question = Question(load_radio_plan(folder, scenario.line), run, scenario.seed)
     times_s = []
     for _ in range(ROUNDS):

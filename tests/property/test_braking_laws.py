@@ -18,6 +18,7 @@ brakes = st.floats(0.4, 2.0)
 accelerations = st.floats(0.3, 1.5)
 steps = st.sampled_from([0.02, 0.1, 0.25, 0.5, 1.0])
 gaps = st.floats(0.5, 2000.0)
+ROUNDING_MPS = 1e-9
 
 
 def next_speed(
@@ -55,7 +56,7 @@ def test_next_speed_is_the_greatest_that_keeps_the_curve(
 def stop_by_steps(speed: float, gap: float, brake: float, step: float) -> tuple[FloatArray, float]:
     """Return the places, the target at 0, and the time until the train stands."""
     place, places = -gap, [-gap]
-    while speed > 0.0:
+    while speed > ROUNDING_MPS:
         after = next_speed(speed, 2.0 * brake * max(-place, 0.0), brake * step)
         # No drive accelerates by more than 1 m/s2.
         after = min(after, speed + step)

@@ -39,7 +39,7 @@ def question(scenario: Scenario) -> Question:
     journey = booked_journey(world, world.profile, rows[len(rows) // 2])
     time_s = np.arange(journey.time_s[0], journey.time_s[-1], 1.0)
     trip = Trip(time_s, journey.at(time_s)[0])
-    run = SavedRun(FOLDER, "booked", scenario.seed, "", (trip,))
+    run = SavedRun(FOLDER, "booked", scenario.seed, "", "", (trip,))
     return Question(load_radio_plan(FOLDER, scenario.line), run, scenario.seed)
 
 

@@ -195,5 +195,9 @@ def test_the_search_finds_the_least_interval_from_any_guess(guess: int) -> None:
         asked.append(units)
         return units >= 41
 
-    assert least_free(is_free, guess) == 41
+    assert least_free(is_free, guess, 1000) == 41
     assert min(asked) >= 1
+
+
+def test_the_search_gives_up_where_no_interval_is_free() -> None:
+    assert least_free(lambda _: False, 41, 1000) is None
