@@ -191,15 +191,16 @@ def _stretch_problems(entry: ClosureEntry, line: LineTables) -> Iterator[tuple[s
         track = tracks.get(name)
         if track is None:
             yield "tracks", f"unknown track {name!r}", meant(name, tracks)
-        elif not (track.start_km < entry.end_km and entry.start_km < track.end_km):
+            return
+        if not (track.start_km < entry.end_km and entry.start_km < track.end_km):
             problem = f"track {name!r} does not lie between start_km and end_km"
             yield "tracks", problem, f"tracks between {entry.start_km:g} and {entry.end_km:g}"
-    named = [tracks[name] for name in entry.tracks if name in tracks]
-    first_km = min((track.start_km for track in named), default=entry.start_km)
-    last_km = max((track.end_km for track in named), default=entry.end_km)
-    if entry.start_km < first_km:
+            return
+    first_km = min((tracks[name].start_km for name in entry.tracks), default=from_km)
+    last_km = max((tracks[name].end_km for name in entry.tracks), default=to_km)
+    if from_km <= entry.start_km < first_km:
         problem = f"{entry.start_km:g} lies before the tracks named"
         yield "start_km", problem, f"from {first_km:g}"
-    if entry.end_km > last_km:
+    if last_km < entry.end_km <= to_km:
         problem = f"{entry.end_km:g} lies behind the tracks named"
         yield "end_km", problem, f"up to {last_km:g}"

@@ -99,6 +99,21 @@ def test_what_is_finished_is_not_run_again_and_another_campaign_is_refused(
     assert contents(results) == after
 
 
+@pytest.mark.parametrize("line", [b"[]", b"{", b"", b'{"number": 1}', b"\xff"])
+def test_a_damaged_journal_is_named_with_its_line(
+    results: Path, tmp_path: Path, line: bytes
+) -> None:
+    folder = tmp_path / results.name
+    folder.mkdir()
+    lines = (results / faults.JOURNAL).read_bytes().splitlines()
+    lines[2] = line
+    (folder / faults.JOURNAL).write_bytes(b"\n".join(lines) + b"\n")
+    seen = campaign(tmp_path)
+    assert seen.status == BAD_INPUT
+    assert "journal.jsonl, line 3: damaged; allowed: --fresh" in seen.complaints
+    assert campaign(tmp_path, "--fresh").status == 0
+
+
 def test_an_unsafe_run_ends_with_a_status_of_its_own(results: Path, tmp_path: Path) -> None:
     folder = tmp_path / results.name
     folder.mkdir()

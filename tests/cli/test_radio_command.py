@@ -204,6 +204,9 @@ def test_results_that_cannot_be_used_are_refused(place: Path, run: Path, tmp_pat
     for name, content in contents(run).items():
         (copy / name).parent.mkdir(parents=True, exist_ok=True)
         (copy / name).write_bytes(content)
+    file = copy / "provenance.json"
+    file.write_text(file.read_text("utf-8").replace('"small"', '"other"'), "utf-8")
+    assert "of the scenario other; allowed: a run of small" in refused(*command, copy)
     trajectory = copy / "plain" / "trajectory.parquet"
     trajectory.write_bytes(b"PAR1 and nonsense PAR1")
     assert "trajectory.parquet: cannot be read" in refused(*command, copy)
@@ -244,6 +247,23 @@ def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path) -> None:
         told = refused(command, folder, "--out", tmp_path / "out")
         assert "holds no results of this program" in told
         assert contents(theirs) == {"notes.txt": b"mine"}
+
+
+def test_a_file_where_a_folder_should_be_is_told_before_anything_is_simulated(
+    tmp_path: Path,
+) -> None:
+    folder = write_radio_scenario(tmp_path / "small")
+    (tmp_path / "out").write_text("mine", encoding="utf-8")
+    for command in ("radio", "availability"):
+        told = refused(command, folder, "--out", tmp_path / "out")
+        assert "is no folder; choose another one" in told
+
+
+def test_failures_that_leave_no_time_to_run_are_refused(tmp_path: Path) -> None:
+    folder = write_radio_scenario(tmp_path / "small")
+    replace(folder, "availability.toml", "1e-4\nrepair_h = 2.0", "0.1\nrepair_h = 24.0")
+    told = refused("availability", folder, "--out", tmp_path / "out")
+    assert "is stopped for longer than a year has hours" in told
 
 
 def test_a_changed_scenario_is_told(place: Path, run: Path, tmp_path: Path) -> None:

@@ -1,13 +1,21 @@
 """The engine runs ahead of SUMO between events; a SUMO that does otherwise is not believed."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from controllers.drive import TractionDrive
+from railway.arrays import IntArray
+from railway.control import Command
 from railway.engine import Engine
+from railway.loop import simulate
+from railway.state import Advice, Authority, LineState
+from railway.world import World
 from sumo_net.build import build
 from sumo_net.engine import EngineDisagreementError, SumoEngine
+from tests.property.runs import controller_of
 from tests.worlds import two_station_scenario, world_of
 
 STEPS = 800
@@ -17,6 +25,41 @@ def accelerate(engine: Engine) -> None:
     for _ in range(STEPS):
         engine.apply(np.minimum(engine.observe().speed_mps + 0.05, 10.0))
         engine.advance()
+
+
+class Halts:
+    """A drive that halts for a while a little before the end of the line, and creeps off it."""
+
+    def __init__(self, world: World, away_m: float) -> None:
+        self._honest, self._world = TractionDrive(world), world
+        self._place_m = world.line.end_m - away_m
+        self._until_s = np.inf
+
+    def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
+        command = self._honest.command(state, authority, advice)
+        to_go_m = max(self._place_m - float(state.front_m[0]), 0.0)
+        if to_go_m < 0.1 and self._until_s == np.inf:
+            self._until_s = state.time_s + 5.0
+        most_mps = np.sqrt(0.5 * to_go_m) if state.time_s < self._until_s else 0.4
+        if to_go_m < 0.1 and state.time_s < self._until_s:
+            most_mps = 0.0
+        return command._replace(speed_mps=np.minimum(command.speed_mps, most_mps))
+
+    def reason(self, command: Command, advice: Advice) -> IntArray:
+        return self._honest.reason(command, advice)
+
+
+@pytest.mark.parametrize("away_m", [0.05, 0.3, 0.6, 1.2])
+def test_a_train_may_halt_a_little_before_the_end_of_the_line(
+    tmp_path: Path, away_m: float
+) -> None:
+    """SUMO may have taken it off the line by then."""
+    scenario = two_station_scenario(1, step_s=0.1)
+    world, delay_s = world_of(scenario), np.zeros((1, 2))
+    controller = replace(controller_of(world), drive=Halts(world, away_m))
+    with SumoEngine(build(scenario, world, delay_s, tmp_path), world) as engine:
+        record = simulate(world, engine, controller, delay_s, seed=1, patience_s=600.0)
+    assert record.completed.all()
 
 
 def test_a_train_off_its_commands_stops_the_run(

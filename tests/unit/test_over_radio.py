@@ -153,6 +153,17 @@ def test_with_many_losses_in_long_rows_everybody_arrives_in_safety(seed: int) ->
     assert emergencies(record) > 0
 
 
+def test_a_radio_that_does_not_keep_pace_with_the_steps_is_refused() -> None:
+    world = world_of(two_station_scenario(1))
+    for protection, by_radio in (("moving_block", True), ("control_map", False)):
+        operation = "control_map" if protection == "control_map" else "close_up"
+        spec = ControllerSpec("test", protection, operation, {}, {}, radio=by_radio)
+        with pytest.raises(
+            ControllerError, match=r"radio: half a cycle of 0\.6 s .* divide 0\.3 s"
+        ):
+            build(spec, world, RadioSpec(cycle_s=0.6))
+
+
 class Scripted:
     """A centre that permits everybody a given place."""
 

@@ -126,6 +126,9 @@ CASES = {
     "zone named as points": ('id = "cabling"', 'id = "joining"', "work_zones.1.id"),
     "zone back in time": ('to = "07:20:00"', 'to = "07:05:00"', "work_zones.0.to"),
     "zone released before": ("07:25:30", "07:09:00", "work_zones.0.released"),
+    "zone before its tracks": ("start_km = 2.0", "start_km = 1.5", "work_zones.0.start_km"),
+    "zone with a bare name": ('["south-1"]', '"south-1"', "work_zones.0.tracks"),
+    "zone with a bare clock": ('"07:25:30"', "07:25:30", "work_zones.0.released"),
     "zone no clock": ("07:25:30", "soon", "work_zones.0.released"),
     "zone without begin": ('from = "07:10:00"\n', "", "work_zones.0.from"),
     "zone unknown key": ('released = "', 'relased = "', "work_zones.0.relased"),
@@ -180,6 +183,15 @@ def test_a_crossing_must_make_sense_on_its_line(
         load(tmp_path)
     (fault,) = caught.value.faults
     assert (fault.file, fault.where) == ("crossings.csv", where)
+
+
+def test_a_crossing_is_not_named_as_points(tmp_path: Path) -> None:
+    disturbed(tmp_path, ('crossing = "road"', 'crossing = "parting"'))
+    replace(tmp_path, "crossings.csv", "road,", "parting,")
+    with pytest.raises(ScenarioError) as caught:
+        load(tmp_path)
+    (fault,) = caught.value.faults
+    assert (fault.file, fault.where) == ("crossings.csv", "row 2, column id")
 
 
 def test_a_crossing_has_its_name_once(tmp_path: Path) -> None:
