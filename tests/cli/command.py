@@ -44,6 +44,8 @@ def kankaku(*arguments: str | Path, width: int = 200) -> Screen:
 
 def start(script: Path, *arguments: str | Path) -> subprocess.Popen[str]:
     """Start a script as a process of its own, like a terminal in a process group of its own."""
+    # Tests that run in the background ignore Ctrl-C, and what they start would do so, too.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     return subprocess.Popen(  # noqa: S603
         [sys.executable, str(script), *map(str, arguments)],
         env={**os.environ, **WIDE, "PYTHONPATH": str(PROJECT)},
