@@ -81,7 +81,7 @@ class ControlMapOptions:
         require("tolerance_m", self.tolerance_m, 5.0, 1000.0)
         require("smooth_brake_kmhps", self.smooth_brake_kmhps, 0.2, 12.0)
         require("reserve_s", self.reserve_s, 0.0, 600.0)
-        require("early_s", self.early_s, 0.0, 600.0)
+        require("early_s", self.early_s, 0.0, 3600.0)
 
 
 class Memory(NamedTuple):

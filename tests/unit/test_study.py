@@ -196,6 +196,7 @@ def test_a_folder_of_something_else_is_refused_before_the_first_run(
     folder: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "out" / "small").mkdir(parents=True)
+    (tmp_path / "out" / "small" / "notes.txt").write_text("mine", encoding="utf-8")
     with pytest.raises(FileExistsError, match="choose another folder"):
         study.run_study(study.choose(folder), tmp_path / "out", Interrupting("plain"))
 
