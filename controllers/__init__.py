@@ -26,7 +26,7 @@ from controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOpti
 from controllers.protection.over_radio import OverRadio
 from controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
 from railway.control import Controller
-from railway.radio import LOSSLESS, RadioSpec
+from railway.radio import LOSSLESS, RadioSpec, keeps_pace
 from railway.scenario import ControllerSpec, Option
 from railway.world import World
 
@@ -174,13 +174,12 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
             problem=f"the commands of {spec.protection} go through the track",
             allowed=", ".join(name for name in media if media[name] is not Medium.TRACK),
         )
-    by_radio, half_s = spec.radio or medium is Medium.RADIO, 0.5 * radio.cycle_s
-    # Commands are sent half a cycle after the reports, and nothing happens between two steps.
-    if by_radio and round(1e6 * half_s) % round(1e6 * world.step_s):
+    by_radio = spec.radio or medium is Medium.RADIO
+    if by_radio and not keeps_pace(radio.cycle_s, world.step_s):
         raise ControllerError(
             where=f"{where}.radio",
             problem=f"half a cycle of {radio.cycle_s:g} s is no multiple of the step",
-            allowed=f"steps that divide {half_s:g} s, unlike {world.step_s:g} s",
+            allowed=f"steps that divide {0.5 * radio.cycle_s:g} s, unlike {world.step_s:g} s",
         )
     try:
         if medium is Medium.RADIO:

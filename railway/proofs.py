@@ -82,16 +82,13 @@ class Proofs:
         self._turnouts, self._crossings = line.turnouts, line.crossings
         self._before = [_other_ways(world, points) for points in self._turnouts]
         self._users = [_users(world, crossing) for crossing in self._crossings]
-        entries_m = [points.fouling_start_m for points in self._turnouts]
-        entries_m += [crossing.start_m for crossing in self._crossings]
-        ends_m = [points.fouling_end_m for points in self._turnouts]
-        ends_m += [crossing.end_m for crossing in self._crossings]
-        strikes_m = [crossing.strike_in_m for crossing in self._crossings]
-        self._passings = Passings(
-            world,
-            np.concatenate([np.array(entries_m) + ENTERED_M, strikes_m]),
-            np.array(ends_m),
-        )
+        starts_m = np.array([points.fouling_start_m for points in self._turnouts])
+        ends_m = np.array([points.fouling_end_m for points in self._turnouts])
+        self._points = Passings(world, starts_m + ENTERED_M, ends_m)
+        starts_m = np.array([crossing.start_m for crossing in self._crossings])
+        ends_m = np.array([crossing.end_m for crossing in self._crossings])
+        strikes_m = np.array([crossing.strike_in_m for crossing in self._crossings])
+        self._roads = Passings(world, np.concatenate([starts_m + ENTERED_M, strikes_m]), ends_m)
 
     def early(self, block: StepBlock) -> Iterator[tuple[int, str, float, float]]:
         """
@@ -107,21 +104,21 @@ class Proofs:
         tuple[int, str, float, float]
             Row of the train, ``points`` or ``crossing``, when, and how much too early at least. [s]
         """
-        if not (self._turnouts or self._crossings):
-            return
-        for place, row in self._passings.add(block):
-            kind, proven_s = "points", -np.inf
-            crossing = place - len(self._turnouts)
-            if crossing >= len(self._crossings):
-                continue
-            if crossing < 0:
-                proven_s = self._lies_s(place, row)
-            elif row in self._users[crossing]:
-                kind, proven_s = "crossing", self._closed_s(crossing, row)
-            entered_s = float(self._passings.front_s[place, row])
+        proven = []
+        if self._turnouts:
+            for turnout, row in self._points.add(block):
+                entered_s = self._points.front_s[turnout, row]
+                proven.append((row, "points", entered_s, self._lies_s(turnout, row)))
+        if self._crossings:
+            for place, row in self._roads.add(block):
+                # Behind the entries come the places where trains strike in.
+                if place < len(self._crossings) and row in self._users[place]:
+                    entered_s = self._roads.front_s[place, row]
+                    proven.append((row, "crossing", entered_s, self._closed_s(place, row)))
+        for row, kind, entered_s, proven_s in proven:
             if entered_s < proven_s - ROUNDING_S:
-                known_s = proven_s if proven_s < np.inf else float(block.time_s[-1])
-                yield row, kind, entered_s, known_s - entered_s
+                known_s = proven_s if proven_s < np.inf else block.time_s[-1]
+                yield row, kind, float(entered_s), float(known_s - entered_s)
 
     def _lies_s(self, turnout: int, row: int) -> float:
         """Return when points can lie for a train; infinite as long as another has to go first."""
@@ -129,17 +126,13 @@ class Proofs:
         if before is None:
             return -np.inf
         points = self._turnouts[turnout]
-        return float(self._passings.tail_s[turnout, before]) + points.throw_s + points.proof_s
+        return float(self._points.tail_s[turnout, before]) + points.throw_s + points.proof_s
 
-    def _closed_s(self, number: int, row: int) -> float:
+    def _closed_s(self, crossing: int, row: int) -> float:
         """Return when a crossing can be closed for a train; it stays so for who strikes in."""
-        users = self._users[number]
-        place, tail = (
-            len(self._turnouts) + len(self._crossings) + number,
-            len(self._turnouts) + number,
-        )
-        strikes_s = self._passings.front_s[place, users]
-        passes_s = self._passings.tail_s[tail, users]
+        users = self._users[crossing]
+        strikes_s = self._roads.front_s[len(self._crossings) + crossing, users]
+        passes_s = self._roads.tail_s[crossing, users]
         began_s, ends_s = np.inf, -np.inf
         for user in np.argsort(strikes_s, kind="stable").tolist():
             if strikes_s[user] > ends_s:
@@ -147,7 +140,7 @@ class Proofs:
             ends_s = max(ends_s, float(passes_s[user]))
             if users[user] == row:
                 break
-        return began_s + self._crossings[number].closing_s
+        return began_s + self._crossings[crossing].closing_s
 
 
 def _other_ways(world: World, points: Turnout) -> dict[int, int]:

@@ -98,6 +98,27 @@ LOSSLESS = RadioSpec()
 """The radio of the source, losing nothing."""
 
 
+def keeps_pace(cycle_s: float, step_s: float) -> bool:
+    """
+    Return whether a radio can be simulated with a step.
+
+    Commands are sent half a cycle after the reports, and nothing happens between two steps.
+
+    Parameters
+    ----------
+    cycle_s
+        Its cycle. [s]
+    step_s
+        Length of a step. [s]
+
+    Returns
+    -------
+    bool
+        Half a cycle is a whole number of steps, to the microsecond.
+    """
+    return round(5e5 * cycle_s) % round(1e6 * step_s) == 0
+
+
 class RadioState(NamedTuple):
     """What has arrived by now; arrays of shape (n_trains,), -inf for never."""
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 from scenarios.faults import Fault, meant, row_place
@@ -49,6 +50,11 @@ class LineTables:
         for track in self.tracks:
             groups.setdefault(track.section, []).append(track)
         return sorted(groups.values(), key=lambda tracks: tracks[0].start_km)
+
+    @cached_property
+    def platform_at(self) -> dict[tuple[str, str], PlatformRow]:
+        """Platforms by station and track."""
+        return {(row.station, row.track): row for row in self.platforms}
 
     @property
     def extent_km(self) -> tuple[float, float] | None:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
+from railway.radio import keeps_pace
 from scenarios.check_timetable import TimetableTables, calls_by_train
 from scenarios.faults import Fault, meant
 from scenarios.files import Table
@@ -146,8 +147,7 @@ def radio_faults(settings: ScenarioFile, file: str) -> list[Fault]:
         problem = f"{radio.delay_most_s:g} lies below delay_least_s"
         allowed = f"from {radio.delay_least_s:g}"
         faults.append(Fault(file, "radio.delay_most_s", problem, allowed))
-    # Commands are sent half a cycle after the reports, and nothing happens between two steps.
-    if round(5e5 * radio.cycle_s) % round(1e6 * settings.step_s):
+    if not keeps_pace(radio.cycle_s, settings.step_s):
         problem = f"half of {radio.cycle_s:g} s is not a whole number of steps"
         allowed = f"a multiple of {2.0 * settings.step_s:g} s"
         faults.append(Fault(file, "radio.cycle_s", problem, allowed))

@@ -146,7 +146,6 @@ def _reference_faults(timetable: TimetableTables, line: LineTables) -> list[Faul
         ("station", line.stations.complete, [row.id for row in line.stations]),
         ("track", line.tracks.complete, [row.id for row in line.tracks]),
     )
-    platforms = {(row.station, row.track) for row in line.platforms}
     timed = {row.station for row in timetable.dwell_stations}
     untimed: set[str] = set()
     for row in table:
@@ -158,9 +157,9 @@ def _reference_faults(timetable: TimetableTables, line: LineTables) -> list[Faul
                 if complete:
                     allowed = meant(name, names)
                     faults.append(table.fault(row, column, f"unknown {column} {name!r}", allowed))
-        if good and (row.station, row.track) not in platforms and line.platforms.complete:
+        if good and (row.station, row.track) not in line.platform_at and line.platforms.complete:
             problem = f"station {row.station!r} has no platform at track {row.track!r}"
-            here = [track for station, track in platforms if station == row.station]
+            here = [track for station, track in line.platform_at if station == row.station]
             faults.append(table.fault(row, "track", problem, meant(row.track, sorted(here))))
         if good and row.station not in timed | untimed and timetable.dwell_stations.complete:
             untimed.add(row.station)
@@ -196,7 +195,6 @@ def _stop_faults(
 ) -> list[Fault]:
     table = timetable.calls
     minimum_s = {row.station: row.minimum_dwell_s for row in timetable.dwell_stations}
-    platforms = {(row.station, row.track): row for row in line.platforms}
     faults = []
     for call in calls:
         dwell_s = seconds(call.departure) - seconds(call.arrival)
@@ -205,7 +203,7 @@ def _stop_faults(
             problem = f"a dwell of {dwell_s} s at {call.station!r} is too short"
             allowed = f"{least_s:g} s or more after {call.arrival}"
             faults.append(table.fault(call, "departure", problem, allowed))
-        platform = platforms.get((call.station, call.track))
+        platform = line.platform_at.get((call.station, call.track))
         if kind and platform and _overhang_m(platform, kind) > 1e-3:
             problem = f"a train of {kind.length_m:g} m does not fit at {call.station!r}"
             room_m = 1000.0 * (platform.stop_km - platform.start_km)
@@ -221,13 +219,12 @@ def _points_faults(
     kind: TrainEntry | None,
 ) -> list[Fault]:
     """Return what is wrong if a train stands ready in points: nobody would lock them for it."""
-    tracks = {row.id: row for row in line.tracks}
-    platforms = {(row.station, row.track): row for row in line.platforms}
     first = calls[0] if calls else None
-    platform = platforms.get((first.station, first.track)) if first else None
-    if first is None or platform is None or kind is None or first.track not in tracks:
+    platform = line.platform_at.get((first.station, first.track)) if first else None
+    track = next((row for row in line.tracks if first and row.id == first.track), None)
+    if first is None or platform is None or kind is None or track is None:
         return []
-    track, front_km = tracks[first.track], platform.stop_km
+    front_km = platform.stop_km
     tail_km = front_km - 0.001 * kind.length_m
     faults = []
     for points in line.turnouts:
@@ -242,22 +239,21 @@ def _points_faults(
 
 def _start_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
     """Return what is wrong where trains start in the way of trains that go before them."""
-    stop_km = {(row.station, row.track): row.stop_km for row in line.platforms}
     by_train = calls_by_train(timetable)
     earlier: list[tuple[str, float, set[tuple[int, int]]]] = []
     faults = []
     for train, calls in by_train.items():
         route = route_of(line, calls)
-        start_km = stop_km.get((calls[0].station, calls[0].track)) if calls else None
-        if not route or start_km is None:
+        platform = line.platform_at.get((calls[0].station, calls[0].track)) if calls else None
+        if not route or platform is None:
             continue
         for other, from_km, way in earlier:
-            if from_km < start_km and route[0] in way:
+            if from_km < platform.stop_km and route[0] in way:
                 problem = f"train {train!r} starts on a track that {other!r} has to pass before it"
                 allowed = "a track that no train before it in services.csv comes along"
                 faults.append(timetable.calls.fault(calls[0], "track", problem, allowed))
                 break
-        earlier.append((train, start_km, set(route)))
+        earlier.append((train, platform.stop_km, set(route)))
     return faults
 
 

@@ -142,19 +142,15 @@ def _start_problems(
     entry: ClosureEntry, line: LineTables, timetable: TimetableTables
 ) -> Iterator[tuple[str, str, str]]:
     """Yield the key, what is wrong and what is allowed, for the first train that starts there."""
-    platforms = {
-        (platform.station, platform.track): platform
-        for platform in line.platforms
-        if platform.start_km < entry.end_km and entry.start_km < platform.end_km
-    }
     from_s, until_s = seconds(entry.from_), max(map(seconds, _ends(entry).values()))
     for calls in calls_by_train(timetable).values():
         call = calls[0] if calls else None
-        if call is None or (call.station, call.track) not in platforms:
+        platform = line.platform_at.get((call.station, call.track)) if call else None
+        if call is None or platform is None:
             continue
-        on_track = not entry.tracks or call.track in entry.tracks
-        if on_track and seconds(call.arrival) < until_s and seconds(call.departure) > from_s:
-            platform = platforms[call.station, call.track]
+        within = platform.start_km < entry.end_km and entry.start_km < platform.end_km
+        within &= not entry.tracks or call.track in entry.tracks
+        if within and seconds(call.arrival) < until_s and seconds(call.departure) > from_s:
             problem = f"train {call.train!r} starts in it at {call.departure}"
             ends = f"{platform.start_km:g} to {platform.end_km:g}"
             yield "start_km", problem, f"no part of {ends} while trains start there"

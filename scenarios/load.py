@@ -321,7 +321,6 @@ def _to_train_type(name: str, entry: schema.TrainEntry) -> TrainType:
 
 
 def _to_timetable(timetable: TimetableTables, line: LineTables) -> Timetable:
-    stop_km = {(row.station, row.track): row.stop_km for row in line.platforms}
     minimum_s = {row.station: row.minimum_dwell_s for row in timetable.dwell_stations}
     calls = calls_by_train(timetable)
     sections = line.sections
@@ -339,7 +338,7 @@ def _to_timetable(timetable: TimetableTables, line: LineTables) -> Timetable:
                     Call(
                         station=call.station,
                         track=call.track,
-                        stop_m=metres(stop_km[call.station, call.track]),
+                        stop_m=metres(line.platform_at[call.station, call.track].stop_km),
                         arrival_s=float(seconds(call.arrival)),
                         departure_s=float(seconds(call.departure)),
                         minimum_dwell_s=minimum_s[call.station],

@@ -39,7 +39,7 @@ class Sent(NamedTuple):
         sent_s: float,
         commands: tuple[FloatArray, FloatArray],
         free_m: FloatArray,
-        meant: BoolArray,
+        furthest_m: FloatArray,
     ) -> "Sent":
         """
         Return the telegrams with another one in the place of the oldest.
@@ -52,8 +52,8 @@ class Sent(NamedTuple):
             Limits and speeds. [m] and [m/s], shape (n_trains, n_moments)
         free_m
             How far the way is free. [m], shape (n_trains,)
-        meant
-            For whom. shape (n_trains,)
+        furthest_m
+            Furthest of the limits; -inf for whom there are no commands. [m], shape (n_trains,)
 
         Returns
         -------
@@ -74,7 +74,7 @@ class Sent(NamedTuple):
         sent.sent_s[slot] = sent_s
         sent.limit_m[slot], sent.speed_mps[slot] = commands
         sent.free_m[slot] = free_m
-        sent.furthest_m[slot] = np.where(meant, commands[0].max(axis=1), -np.inf)
+        sent.furthest_m[slot] = furthest_m
         return sent
 
     def acknowledged(self, acknowledged_s: FloatArray) -> "Sent":

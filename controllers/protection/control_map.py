@@ -206,7 +206,8 @@ class ControlMap:
             self._figures,
             self._options.tolerance_m,
         )
-        if not self._excludes(plan, limit_m, state, memory):
+        furthest_m = np.where(plan.planned, limit_m.max(axis=1), -np.inf)
+        if not self._excludes(plan, furthest_m, state, memory):
             if memory.refused_s < state.time_s - 1.5 * UPDATE_S:
                 alarm = Alarm(state.time_s, Notice.EXCLUSION, CENTRE_ROW)
                 aboard = aboard._replace(alarms=(*aboard.alarms, alarm))
@@ -214,7 +215,7 @@ class ControlMap:
         sent_s = self._radio.last_telegram_s(state.time_s)
         if sent_s > sent.sent_s.max():
             commands = limit_m, plan.speed_mps[:, : COMMANDS + 1]
-            sent = sent.added(sent_s, commands, plan.free_m, plan.planned)
+            sent = sent.added(sent_s, commands, plan.free_m, furthest_m)
             if state.units is not None:
                 aboard = aboard._replace(stamp_error_s=state.units.centre_clock_error_s)
         return memory._replace(next_s=next_s, plan=plan, sent=sent, aboard=aboard)
@@ -386,13 +387,15 @@ class ControlMap:
         """Return who has left the line: detection at both ends of it is by wire."""
         return ~state.present & (state.front_m > self._world.stop_m[:, 0])
 
-    def _excludes(self, plan: Plan, limit_m: FloatArray, state: LineState, memory: Memory) -> bool:
+    def _excludes(
+        self, plan: Plan, furthest_m: FloatArray, state: LineState, memory: Memory
+    ) -> bool:
         """Return whether no band overlaps another one, and no limit lies beyond what is free."""
         reports, margin_m = memory.reports, self._options.margin_m
         tail_m = reports.front_m - self._world.length_m - memory.aboard.longer_m
         known = (reports.front_m, tail_m, self._gone(state), state.granted_m)
-        over_m = limit_m.max(axis=1) + margin_m - free_to_m(*known, self._ways)
-        if over_m.max(initial=0.0, where=plan.planned & state.present) > OVERLAP_M:
+        over_m = furthest_m + margin_m - free_to_m(*known, self._ways)
+        if over_m.max(initial=0.0, where=state.present) > OVERLAP_M:
             return False
         bands = Bands(plan.rear_m, plan.ahead_m - OVERLAP_M)
         # Who has not been planned for is sent nothing, and stays or stops by what it has.

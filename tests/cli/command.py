@@ -15,6 +15,8 @@ from tests.unit.scenario_folder import write_scenario
 
 PROJECT = Path(__file__).parents[2]
 WIDE = {"COLUMNS": "200"}
+BAD_INPUT = 2
+SCREEN_LINES = 24
 PATIENCE_S = 300.0
 """Whoever takes longer hangs, also on a busy machine that has compiled nothing yet. [s]"""
 SECOND_CONTROLLER = """
@@ -40,6 +42,16 @@ def kankaku(*arguments: str | Path, width: int = 200) -> Screen:
     if done.exception and not isinstance(done.exception, SystemExit):
         raise done.exception
     return Screen(done.exit_code, done.stdout, done.stderr)
+
+
+def refused(*arguments: str | Path) -> str:
+    """Run a command that is refused on one screen, and return what it complains of."""
+    screen = kankaku(*arguments)
+    assert screen.status == BAD_INPUT
+    assert not screen.answers
+    assert "Traceback" not in screen.complaints
+    assert len(screen.complaints.splitlines()) <= SCREEN_LINES
+    return screen.complaints
 
 
 def start(script: Path, *arguments: str | Path) -> subprocess.Popen[str]:

@@ -4,11 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import Screen, kankaku, peer
+from tests.cli.command import BAD_INPUT, SCREEN_LINES, Screen, kankaku, peer
 from tests.unit.scenario_folder import FILES, replace, write_scenario
-
-BAD_INPUT = 2
-SCREEN_LINES = 24
 
 
 @pytest.fixture

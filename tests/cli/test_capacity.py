@@ -6,15 +6,13 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from tests.cli.command import Screen, contents, kankaku, two_controllers
+from tests.cli.command import Screen, contents, kankaku, refused, two_controllers
 from tests.unit.scenario_folder import replace
 
 FILES = {
     *("capacity.csv", "headways.csv", "blocking_times.csv", "columns.csv", "stations.csv"),
     *("capacity.png", "capacity.svg", "stairway.png", "stairway.svg", "provenance.json"),
 }
-BAD_INPUT = 2
-SCREEN_LINES = 24
 
 
 @pytest.fixture(scope="module")
@@ -97,15 +95,6 @@ def test_one_chosen_controller_without_simulation(place: Path, screen: Screen) -
     frame = pd.read_csv(out / "small_capacity" / "headways.csv")
     assert set(frame["controller"]) == {"second"}
     assert frame["simulated_headway_s"].isna().all()
-
-
-def refused(*arguments: str | Path) -> str:
-    screen = kankaku(*arguments)
-    assert screen.status == BAD_INPUT
-    assert not screen.answers
-    assert "Traceback" not in screen.complaints
-    assert len(screen.complaints.splitlines()) <= SCREEN_LINES
-    return screen.complaints
 
 
 def test_what_cannot_be_assessed_is_told_on_one_screen(tmp_path: Path) -> None:

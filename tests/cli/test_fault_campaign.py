@@ -8,10 +8,9 @@ import pytest
 
 import faults
 import study
-from tests.cli.command import Screen, contents, kankaku, two_controllers
+from tests.cli.command import BAD_INPUT, Screen, contents, kankaku, two_controllers
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "control_map"
-BAD_INPUT = 2
 VIOLATION = 3
 RUNS = 4
 TABLES = {"columns.csv", "fault_runs.csv", "fault_table.csv", "journal.jsonl", "provenance.json"}

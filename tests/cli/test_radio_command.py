@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from analysis import read_saved_run
-from tests.cli.command import Screen, contents, kankaku
+from tests.cli.command import Screen, contents, kankaku, refused
 from tests.unit.radio_folder import write_radio_scenario
 from tests.unit.scenario_folder import replace
 
@@ -25,8 +25,6 @@ AVAILABILITY_FILES = {
     *(f"availability.{kind}" for kind in KINDS),
     *(f"fault_tree.{kind}" for kind in KINDS),
 }
-BAD_INPUT = 2
-SCREEN_LINES = 24
 
 
 @pytest.fixture(scope="module")
@@ -178,15 +176,6 @@ def test_without_a_fault_tree_there_is_none_and_an_old_one_goes(
     assert left == AVAILABILITY_FILES - {
         *("top_events.csv", "cut_sets.csv", "fault_tree.png", "fault_tree.svg")
     }
-
-
-def refused(*arguments: str | Path) -> str:
-    screen = kankaku(*arguments)
-    assert screen.status == BAD_INPUT
-    assert not screen.answers
-    assert "Traceback" not in screen.complaints
-    assert len(screen.complaints.splitlines()) <= SCREEN_LINES
-    return screen.complaints
 
 
 def test_radio_without_a_saved_run_says_what_to_do(tmp_path: Path) -> None:

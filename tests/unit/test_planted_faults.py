@@ -62,8 +62,10 @@ def test_bands_shorter_than_the_braking_distance_are_found() -> None:
 class Unchecked(WrongMaps):
     """Sends wrong maps without the exclusion test."""
 
-    def _excludes(self, plan: Plan, limit_m: FloatArray, state: LineState, memory: Memory) -> bool:
-        del plan, limit_m, state, memory
+    def _excludes(
+        self, plan: Plan, furthest_m: FloatArray, state: LineState, memory: Memory
+    ) -> bool:
+        del plan, furthest_m, state, memory
         return True
 
 
