@@ -43,6 +43,7 @@ from screen import (
     refusals,
     show_side_by_side,
     show_table,
+    show_warnings,
 )
 
 __all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "EXIT_VIOLATION", "app", "end_as_by_ctrl_c"]
@@ -179,7 +180,7 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument per option of the command 
 ) -> None:
     """Run the controllers of a scenario on the same trains and delays, and compare them."""
     with refusals(scenario, out):
-        chosen = study.choose(
+        chosen = _chosen(
             scenario,
             names=controller or (),
             seed=seed,
@@ -206,9 +207,7 @@ def show_capacity(
 ) -> None:
     """Tell how close trains can follow each other under the controllers of a scenario."""
     with refusals(scenario, out):
-        chosen = study.choose(
-            scenario, names=controller or (), step_s=step, jobs=jobs, everything=True
-        )
+        chosen = _chosen(scenario, names=controller or (), step_s=step, jobs=jobs, everything=True)
         with bars() as shown:
             bar = shown.add_task("capacity")
             found = capacity.run_capacity(
@@ -245,7 +244,7 @@ def show_faults(  # noqa: PLR0913, PLR0917 - one argument per option of the comm
 ) -> None:
     """Let trains, equipment and the centre of a control map fail, one thing in each run."""
     with refusals(scenario, out):
-        chosen = study.choose(scenario, names=(controller,), seed=seed, step_s=step, jobs=jobs)
+        chosen = _chosen(scenario, names=(controller,), seed=seed, step_s=step, jobs=jobs)
         campaign = faults.Campaign(chosen, runs, fresh)
         with bars() as shown:
             bar = shown.add_task("faults")
@@ -291,7 +290,7 @@ def show_radio(
 ) -> None:
     """Tell what the trains of a saved run ask of the radio, and how many a cell carries."""
     with refusals(scenario, out):
-        chosen = study.choose(scenario, seed=seed, jobs=jobs)
+        chosen = _chosen(scenario, seed=seed, jobs=jobs)
         place = OUT / chosen.scenario.name if results is None else results
         with bars() as shown:
             bar = shown.add_task("radio")
@@ -332,7 +331,7 @@ def show_availability(
 ) -> None:
     """Tell how often devices stop the line, and what would have to fail for an accident."""
     with refusals(scenario, out):
-        chosen = study.choose(scenario, seed=seed)
+        chosen = _chosen(scenario, seed=seed)
         with bars() as shown:
             bar = shown.add_task("availability")
             found = availability.run_availability(
@@ -351,6 +350,13 @@ def show_availability(
         header, rows = fault_tree_texts(found.tree)
         show_table(header, *rows)
     answers.print(f"Results: {found.folder}", soft_wrap=True)
+
+
+def _chosen(scenario: Path, **choices: Any) -> study.Study:  # noqa: ANN401 - as of study.choose
+    """Choose what to run, and tell what is doubtful in it."""
+    chosen = study.choose(scenario, **choices)
+    show_warnings(chosen.scenario.warnings)
+    return chosen
 
 
 def _run(chosen: study.Study, out: Path) -> study.StudyResult:

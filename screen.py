@@ -120,6 +120,20 @@ def list_sentences(sentences: Sequence[str]) -> None:
         console.print(f"  and {len(sentences) - SHOWN_SENTENCES} more")
 
 
+def show_warnings(sentences: Sequence[str]) -> None:
+    """
+    Tell what is allowed but doubtful.
+
+    Parameters
+    ----------
+    sentences
+        To the error stream.
+    """
+    if sentences:
+        console.print(f"[yellow]{len(sentences)} doubtful[/]")
+        list_sentences(sentences)
+
+
 def show_table(header: Sequence[str], *rows: Sequence[str]) -> None:
     """
     Write a table of numbers.

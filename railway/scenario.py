@@ -77,6 +77,8 @@ class Scenario:
     published: Published | None = None
     radio: RadioSpec = LOSSLESS
     disruptions: Disruptions = UNDISTURBED
+    warnings: tuple[str, ...] = ()
+    """What is allowed but doubtful in its files, a sentence each."""
 
     def with_initial_delay(self, delay_s: float | None) -> "Scenario":
         """
