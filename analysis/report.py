@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from analysis.compare import INDICATORS, comparison, comparison_texts
@@ -10,13 +11,16 @@ from analysis.figures import label_of
 from analysis.schema import rows_of
 from analysis.summary import SUMMARY
 from analysis.sweep import SWEEP_INDICATORS, SweepTables, sweep_texts
-from analysis.tables import DWELLING, REASONS, RunTables
+from analysis.tables import DWELLING, PLAN, REASONS, RunTables
 
 REASON_TEXTS: Mapping[str, str] = {
     "traction": "accelerating",
-    "line_ceiling": "line speed",
-    "authority": "protection: a train or a conflict ahead",
+    "line_limit": "line speed",
+    "train_ahead": "a train ahead",
+    "obstruction_ahead": "points, a level crossing or a closure ahead",
     "station_stop": "braking for its own stop",
+    "plan": "plan of the operation",
+    "emergency": "emergency brake",
     "peer": "driven by the peer",
 }
 # Wall times stay in provenance.json, so that the report can be reproduced.
@@ -39,14 +43,45 @@ def reason_shares(trajectory: pd.DataFrame) -> pd.Series:
     Returns
     -------
     pd.Series
-        Shares by reason, in the order of ``REASONS`` without dwelling; they add up to 1
-        (all 0 if nothing ran). [-]
+        Shares by reason and the operation's own word, in the order of ``REASONS`` without
+        dwelling, words by name; they add up to 1 (all 0 if nothing ran). [-]
     """
-    running = trajectory.loc[trajectory["reason"] != DWELLING, "reason"]
-    counts = running.value_counts().reindex(
-        [reason for reason in REASONS if reason != DWELLING], fill_value=0
-    )
+    counts = _samples_by_reason(trajectory[trajectory["reason"] != DWELLING])
     return counts / max(int(counts.sum()), 1)
+
+
+def waits_s(trajectory: pd.DataFrame) -> pd.Series:
+    """
+    Return for how long trains stood that no stop held, by reason.
+
+    Parameters
+    ----------
+    trajectory
+        The table ``trajectory`` of one run; its samples are evenly spaced.
+
+    Returns
+    -------
+    pd.Series
+        Times of all trains together, indexed as :func:`reason_shares`. [s]
+    """
+    waits = (trajectory["reason"] != DWELLING) & (trajectory["speed_mps"] == 0.0)
+    moments_s = np.unique(trajectory["time_s"])
+    spacing_s = float(np.median(np.diff(moments_s))) if moments_s.size > 1 else 0.0
+    return _samples_by_reason(trajectory[waits]) * spacing_s
+
+
+def _samples_by_reason(samples: pd.DataFrame) -> pd.Series:
+    """Count samples by reason and the operation's own word."""
+    counts = samples.groupby(["reason", "plan"]).size()
+    words = sorted(word for _, word in counts.index if word)
+    reasons = [
+        (reason, word)
+        for reason in REASONS
+        if reason != DWELLING
+        for word in (words if reason == PLAN else [""])
+    ]
+    index = pd.MultiIndex.from_tuples(reasons, names=["reason", "plan"])
+    return counts.reindex(index, fill_value=0)
 
 
 def report_text(
@@ -158,26 +193,41 @@ def _compared(summary: pd.DataFrame) -> list[str]:
 
 
 def _reasons(runs: Sequence[RunTables]) -> list[str]:
-    shares = {run.controller: reason_shares(run.trajectory) for run in runs}
     delay_s = runs[0].initial_delay_s
     which = f" with an initial delay of {delay_s:g} s" if delay_s else ""
-    table = pd.DataFrame(shares)
-    used = table[(table > 0.0).any(axis=1)]
-    rows = [
-        [_reason_text(str(reason)), *(f"{100 * v:.1f} %" for v in row)]
-        for reason, row in zip(used.index, used.to_numpy().tolist(), strict=True)
-    ]
+    shares = {run.controller: 100.0 * reason_shares(run.trajectory) for run in runs}
+    waits = {run.controller: waits_s(run.trajectory) for run in runs}
     return [
         "## What bound the speed",
         "",
         f"Share of the running time{which}, dwells left out:",
         "",
-        *_table(["bound by", *shares], rows),
+        *_by_reason(shares, " %"),
+        "",
+        f"Time at a stand{which} that no stop demanded, all trains together:",
+        "",
+        *_by_reason(waits, " s"),
     ]
 
 
-def _reason_text(reason: str) -> str:
-    return REASON_TEXTS.get(reason, f"operation: {label_of(reason)}")
+def _by_reason(found: Mapping[str, pd.Series], unit: str) -> Iterator[str]:
+    table = pd.DataFrame(found).fillna(0.0)
+    # A word of one operation is a row for all controllers.
+    table = table.sort_index(key=_ranks)
+    used = table[(table > 0.0).any(axis=1)]
+    rows = [
+        [_reason_text(*map(str, reason)), *(f"{value:.1f}{unit}" for value in row)]
+        for reason, row in zip(used.index, used.to_numpy().tolist(), strict=True)
+    ]
+    return _table(["bound by", *found], rows)
+
+
+def _ranks(level: pd.Index) -> pd.Index:
+    return level.map(REASONS.index) if level.name == "reason" else level
+
+
+def _reason_text(reason: str, word: str) -> str:
+    return f"{REASON_TEXTS[reason]}: {label_of(word)}" if word else REASON_TEXTS[reason]
 
 
 def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:

@@ -15,11 +15,11 @@ from analysis.interstation import stops_frame
 from analysis.schema import csv_text, read_csv, rows_frame, typed_frame, write_whole
 from railway.arrays import FloatArray
 from railway.records import CALLS, OBSTRUCTIONS, RAW_TABLES, TRAJECTORY, VIOLATIONS, RunRecord
-from railway.state import Reason
+from railway.state import NO_REASON, NOTHING, Reason
 
-DWELLING = "dwelling"
-REASONS = (*(reason.name.lower() for reason in Reason), DWELLING)
+REASONS = tuple(reason.name.lower() for reason in Reason)
 """What may bind a train's speed, as the table ``trajectory`` names it."""
+DWELLING, PLAN = REASONS[Reason.DWELLING], REASONS[Reason.PLAN]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,6 +137,9 @@ def _trajectory_frame(record: RunRecord) -> pd.DataFrame:
     section = np.searchsorted(starts_m, samples.front_m, side="right") - 1
     track = table[samples.row, np.clip(section, 0, None)]
     trains = pd.array(list(world.timetable.trains), dtype="str")
+    plans = pd.array([*samples.plans, ""], dtype="str")
+    # Places beside the track count down from below nothing, trains up from above it.
+    causes = pd.array([*reversed(samples.places), "", *world.timetable.trains], dtype="str")
     return typed_frame(
         {
             "time_s": samples.time_s,
@@ -145,9 +148,11 @@ def _trajectory_frame(record: RunRecord) -> pd.DataFrame:
             "speed_mps": samples.speed_mps,
             "limit_m": samples.limit_m,
             "track": pd.array(track_ids, dtype="str").take(track),
-            "reason": pd.array(list(REASONS), dtype="str").take(
-                np.where(samples.reason < 0, REASONS.index(DWELLING), samples.reason)
+            "reason": pd.array(list(REASONS), dtype="str").take(samples.reason),
+            "plan": plans.take(
+                np.where(samples.plan == NO_REASON, len(samples.plans), samples.plan)
             ),
+            "cause": causes.take(samples.cause - NOTHING + len(samples.places)),
         },
         TRAJECTORY,
     )

@@ -4,37 +4,26 @@ import numpy as np
 
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
-from railway.control import Command
+from railway.control import Bound, Command
 from railway.kinematics import next_speed_mps
 from railway.profile import at, at_each, braking_loss_mps
-from railway.state import Advice, Authority, LineState, Reason
+from railway.state import NOTHING, Advice, Authority, LineState
 from railway.world import World
 
 CELLS_PER_MPS = 100.0
 
 N_BOUNDS = 6
-ADVISED = 2
-"""The row for which the advice says why it lowers the ceiling."""
-ROW_REASONS = np.array(
-    [
-        Reason.TRACTION,
-        Reason.LINE_CEILING,
-        -1,
-        Reason.AUTHORITY,
-        Reason.STATION_STOP,
-        Reason.EMERGENCY,
-    ],
-    dtype=np.intp,
-)
+# Plain numbers, as compiled functions want them.
+TRACTION, CEILING, ADVICE = int(Bound.TRACTION), int(Bound.CEILING), int(Bound.ADVICE)
+LIMIT, STOP, EMERGENCY = int(Bound.LIMIT), int(Bound.STOP), int(Bound.EMERGENCY)
 
 
 class TractionDrive:
     """
     Follows the lowest of six bounds.
 
-    The rows of its bounds are traction, protection's ceiling, the advised ceiling, the
-    brake curve to the end of authority, the brake curve to the next stop, and the emergency
-    brake of a train whose link says so, for which nothing else counts. The service
+    The rows of its bounds are the first six of :class:`~railway.control.Bound`; for a train whose
+    link says that it brakes in emergency nothing else counts. The service
     brake is the strongest that advice, stops and ceilings may ask for; only an authority
     that cannot be kept otherwise gets the emergency brake.
     """
@@ -81,8 +70,10 @@ class TractionDrive:
                 state.speed_mps,
                 authority.limit_m,
                 authority.delay_s,
+                authority.limit_by,
                 authority.ceiling_mps,
                 advice.ceiling_mps,
+                state.stop_m,
                 self._stop_square,
                 state.running,
                 self._nobody if authority.link is None else authority.link.emergency,
@@ -97,25 +88,6 @@ class TractionDrive:
             )
         )
 
-    def reason(self, command: Command, advice: Advice) -> IntArray:
-        """
-        Return what bound each train's speed.
-
-        Parameters
-        ----------
-        command
-            From :meth:`command`.
-        advice
-            The advice it was made from.
-
-        Returns
-        -------
-        IntArray
-            A :class:`~railway.state.Reason` each. shape (n_trains,)
-        """
-        lowest = command.bounds_mps.argmin(axis=0)
-        return np.where(lowest == ADVISED, advice.reason, ROW_REASONS[lowest])
-
 
 @compiled
 def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
@@ -123,8 +95,10 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     speed_mps: FloatArray,
     limit_m: FloatArray,
     delay_s: FloatArray,
+    limit_by: IntArray,
     ceiling_mps: FloatArray,
     advised_mps: FloatArray,
+    stop_m: FloatArray,
     stop_square: FloatArray,
     running: BoolArray,
     in_emergency: BoolArray,
@@ -136,10 +110,11 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     emergency_extra: FloatArray,
     tables_m: tuple[float, float],
     step_s: float,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, IntArray]:
     near_m, far_m = tables_m
     next_mps = np.zeros_like(speed_mps)
     bounds = np.zeros((N_BOUNDS, speed_mps.size))
+    bound = np.zeros(speed_mps.size, dtype=np.intp)
     for train in range(speed_mps.size):
         if not running[train]:
             continue
@@ -151,7 +126,8 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         if in_emergency[train]:
             next_mps[train] = max(speed - loss - emergency_extra[train], 0.0)
             bounds[:, train] = np.inf
-            bounds[5, train] = next_mps[train]
+            bounds[EMERGENCY, train] = next_mps[train]
+            bound[train] = EMERGENCY
             continue
         lag = 0.0
         if delay_s[train] > 0.0:
@@ -159,16 +135,40 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         limit = min(max(limit_m[train], near_m), far_m)
         ahead = at(square, limit + row_start[train])
         row = int(speed * CELLS_PER_MPS + speed_row[train])
-        bounds[0, train] = speed + gain[row] - drag[cell]
-        bounds[1, train] = ceiling_mps[train]
-        bounds[2, train] = advised_mps[train]
-        bounds[3, train] = next_speed_mps(speed, ahead - here, loss, lag)
-        bounds[4, train] = next_speed_mps(speed, stop_square[train] - here, loss, 0.0)
-        bounds[5, train] = np.inf
+        bounds[TRACTION, train] = speed + gain[row] - drag[cell]
+        bounds[CEILING, train] = ceiling_mps[train]
+        bounds[ADVICE, train] = advised_mps[train]
+        bounds[LIMIT, train] = next_speed_mps(speed, ahead - here, loss, lag)
+        bounds[STOP, train] = next_speed_mps(speed, stop_square[train] - here, loss, 0.0)
+        bounds[EMERGENCY, train] = np.inf
         wish = max(bounds[:, train].min(), speed - loss)
-        emergency = max(bounds[3, train], speed - loss - emergency_extra[train])
+        emergency = max(bounds[LIMIT, train], speed - loss - emergency_extra[train])
         next_mps[train] = min(wish, emergency)
-    return next_mps, bounds
+        bound[train] = _lowest(
+            bounds[:, train], limit_m[train], limit_by[train], stop_m[train], far_m
+        )
+    return next_mps, bounds, bound
+
+
+@compiled
+def _lowest(
+    bounds_mps: FloatArray, limit_m: float, limit_by: int, stop_m: float, far_m: float
+) -> int:
+    """
+    Return which bound a train's speed is told to be due to.
+
+    Of bounds that are alike the nearer and harder one counts. Where nothing ends the way and
+    where no stop is left, the brake curves lead to the ends of the tables only.
+    """
+    lowest = STOP if stop_m < far_m else CEILING
+    for other in (CEILING, ADVICE, TRACTION):
+        if bounds_mps[other] < bounds_mps[lowest]:
+            lowest = other
+    # Who brakes for its stop anyway does so even if the way ends soon behind it.
+    beyond = lowest == STOP and limit_m >= stop_m
+    if limit_by != NOTHING and bounds_mps[LIMIT] <= bounds_mps[lowest] and not beyond:
+        lowest = LIMIT
+    return lowest
 
 
 def traction_table(world: World, step_s: float) -> tuple[FloatArray, FloatArray]:

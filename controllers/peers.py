@@ -11,9 +11,8 @@ import numpy as np
 
 from controllers.operation.close_up import NO_CEILING_MPS, no_advice
 from controllers.options import OptionError
-from railway.arrays import IntArray
-from railway.control import Command, Controller
-from railway.state import Advice, Authority, LineState, Reason
+from railway.control import Bound, Command, Controller
+from railway.state import NOTHING, Advice, Authority, LineState
 from railway.world import World
 
 
@@ -39,8 +38,10 @@ class Unbounded:
     """Stands in for the protection: permits everything, because the peer protects itself."""
 
     def __init__(self, world: World) -> None:
-        trains = np.ones(world.size)
-        self._authority = Authority(world.far_m * trains, NO_CEILING_MPS * trains, 0.0 * trains)
+        trains, nothing = np.ones(world.size), np.full(world.size, NOTHING, dtype=np.intp)
+        self._authority = Authority(
+            world.far_m * trains, NO_CEILING_MPS * trains, 0.0 * trains, nothing, nothing
+        )
 
     def initial(self) -> None:
         """Return the memory before the first step: none is needed."""
@@ -67,6 +68,8 @@ class Unbounded:
 
 class Unadvised:
     """Stands in for the operation: asks for nothing."""
+
+    reasons = ()
 
     def __init__(self, world: World) -> None:
         self._advice = no_advice(world.size)
@@ -116,24 +119,8 @@ class Onlooker:
             Present speeds, which are their own only bound.
         """
         del authority, advice
-        return Command(state.speed_mps, state.speed_mps[np.newaxis])
-
-    def reason(self, command: Command, advice: Advice) -> IntArray:
-        """
-        Return that the peer drives.
-
-        Parameters
-        ----------
-        command, advice
-            Not looked at.
-
-        Returns
-        -------
-        IntArray
-            ``Reason.PEER`` each. shape (n_trains,)
-        """
-        del advice
-        return np.full(command.speed_mps.size, Reason.PEER, dtype=np.intp)
+        bound = np.full(state.speed_mps.size, Bound.PEER, dtype=np.intp)
+        return Command(state.speed_mps, state.speed_mps[np.newaxis], bound)
 
 
 def build_peer(name: str, peer: str, world: World) -> Controller:

@@ -1,7 +1,7 @@
 """The layers of train control, as IEEE 1474.1 names them: protection, operation, drive."""
 
 from dataclasses import dataclass
-from enum import Enum
+from enum import Enum, IntEnum
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from railway.arrays import FloatArray, IntArray
@@ -41,6 +41,24 @@ def exclusive_pieces(line: Line, separation: Separation) -> tuple[Block, ...]:
     return pieces.get(separation, ())
 
 
+class Bound(IntEnum):
+    """What a drive may be bound by."""
+
+    TRACTION = 0
+    CEILING = 1
+    """Protection's ceiling."""
+    ADVICE = 2
+    """The ceiling that operation asks for."""
+    LIMIT = 3
+    """The brake curve to the end of authority."""
+    STOP = 4
+    """The brake curve to the next stop."""
+    EMERGENCY = 5
+    """The emergency brake of a train whose link says so."""
+    PEER = 6
+    """Whatever the peer follows that drives the train."""
+
+
 class Command(NamedTuple):
     """What the drive makes of authority and advice; arrays over trains."""
 
@@ -48,6 +66,8 @@ class Command(NamedTuple):
     """Speed at the end of the step. [m/s], shape (n_trains,)"""
     bounds_mps: FloatArray
     """The bounds that it is the least of; rows as the drive documents. (n_bounds, n_trains)"""
+    bound: IntArray
+    """The one that counts for each train, as a :class:`Bound`. shape (n_trains,)"""
 
 
 class Foresight(Protocol):
@@ -114,6 +134,11 @@ class Protection(Protocol[Memory]):
 class Operation(Protocol[Memory]):
     """Says how each train uses its permission (ATO); it can only lower."""
 
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Its own words for why it lowers a speed; :attr:`Advice.reason` counts through them."""
+        ...
+
     def initial(self) -> Memory:
         """Return the memory before the first step."""
         ...
@@ -130,10 +155,6 @@ class Drive(Protocol):
 
     def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
         """Return the speed at the end of the step for every train."""
-        ...
-
-    def reason(self, command: Command, advice: Advice) -> IntArray:
-        """Return what bound each train's speed, as a Reason. shape (n_trains,)"""
         ...
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled, count_up_to, plain
 from railway.line import Block, Line
-from railway.state import LineState
+from railway.state import NOTHING, LineState
 from railway.world import World
 
 ROUNDING_S = 1e-6
@@ -54,8 +54,12 @@ class Sight(NamedTuple):
     """When that was seen. [s]"""
     touched_s: FloatArray
     """When a train touched each circuit last, as far as is known. [s], shape (n_circuits,)"""
+    touched_by: IntArray
+    """Row of the rearmost train that did so; -1 if none ever did. shape (n_circuits,)"""
     danger_m: FloatArray
     """As from :meth:`Detection.danger_m`. [m], shape (n_trains,)"""
+    danger_by: IntArray
+    """What is there, as :attr:`railway.state.Authority.limit_by`. shape (n_trains,)"""
     until_s: float
     """Before, no train can have moved so far that anything changes, but for events. [s]"""
 
@@ -205,7 +209,9 @@ class Detection:
         Sight
             Out of date from the beginning.
         """
-        return Sight(np.nan, self.initial().touched_s, np.full(self.route.size, np.inf), -np.inf)
+        nobody, nothing = np.full(self._size, -1), np.full(self.route.size, NOTHING)
+        free_m = np.full(self.route.size, np.inf)
+        return Sight(np.nan, self.initial().touched_s, nobody, free_m, nothing, -np.inf)
 
     def look_ahead(self, state: LineState, before: Sight) -> Sight:
         """
@@ -239,10 +245,11 @@ class Detection:
             state.present,
             state.running,
             state.granted_m,
+            state.granted_by,
             self.route,
             self._plain[0],
             self._plain[1],
-            (before.looked_s, before.touched_s),
+            (before.looked_s, before.touched_s, before.touched_by),
             (self.release_delay_s + ROUNDING_S, self._step_s, self._most_mps2),
         )
         return Sight(state.time_s, *found)
@@ -444,6 +451,66 @@ def _lower_to_locked_points(  # noqa: PLR0917 - compiled functions take plain ar
 
 
 @compiled
+def _touched_by(
+    front_m: FloatArray,
+    tail_m: FloatArray,
+    present: BoolArray,
+    route: IntArray,
+    circuits: Tiling,
+    before: IntArray,
+) -> IntArray:
+    """Return the rearmost train that touches each circuit; the last one where none does now."""
+    touched_by = before.copy()
+    rearmost_m = np.full(before.size, np.inf)
+    for train in range(front_m.size):
+        if not present[train]:
+            continue
+        place = place_of_front(circuits, route[train], front_m[train])
+        while place >= circuits.first[route[train]] and circuits.end_m[place] > tail_m[train]:
+            circuit = circuits.piece[place]
+            if front_m[train] < rearmost_m[circuit]:
+                rearmost_m[circuit], touched_by[circuit] = front_m[train], train
+            place -= 1
+    return touched_by
+
+
+@compiled
+def _danger_by(  # noqa: PLR0917 - compiled functions take plain arrays
+    danger: tuple[FloatArray, FloatArray],
+    granted: tuple[FloatArray, IntArray],
+    route: IntArray,
+    circuits: Tiling,
+    occupied: BoolArray,
+    touched: tuple[IntArray, IntArray],
+    points: Points,
+) -> IntArray:
+    """Return what is in the circuit before which the way of each train ends; a train first."""
+    danger_m, front_m = danger
+    danger_by = np.full(front_m.size, NOTHING)
+    granted_m, granted_by = granted
+    foremost, rearmost = touched
+    for train in range(front_m.size):
+        if danger_m[train] == np.inf:
+            continue
+        place = place_of(circuits, route[train], danger_m[train])
+        circuit = circuits.piece[place]
+        own = place <= place_of_front(circuits, route[train], front_m[train])
+        ahead = foremost[circuit] if own else rearmost[circuit]
+        if occupied[circuit] and ahead != train:
+            danger_by[train] = ahead
+        elif granted_m[train] < circuits.end_m[place]:
+            danger_by[train] = granted_by[train]
+        else:
+            for turnout in range(points.way.shape[0]):
+                start_m = points.fouling_m[turnout, 0]
+                if points.way[turnout, train] >= 0 and (
+                    circuits.start_m[place] <= start_m < circuits.end_m[place]
+                ):
+                    danger_by[train] = NOTHING - 1 - turnout
+    return danger_by
+
+
+@compiled
 def _look_ahead(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     time_s: float,
     front_m: FloatArray,
@@ -452,14 +519,15 @@ def _look_ahead(  # noqa: PLR0913, PLR0917 - compiled functions take plain array
     present: BoolArray,
     running: BoolArray,
     granted_m: FloatArray,
+    granted_by: IntArray,
     route: IntArray,
     circuit_fields: tuple[IntArray, IntArray, FloatArray, FloatArray],
     point_fields: tuple[FloatArray, IntArray],
-    before: tuple[float, FloatArray],
+    before: tuple[float, FloatArray, IntArray],
     figures: tuple[float, float, float],
-) -> tuple[FloatArray, FloatArray, float]:
+) -> tuple[FloatArray, IntArray, FloatArray, IntArray, float]:
     circuits, points = Tiling(*circuit_fields), Points(*point_fields)
-    looked_s, before_s = before
+    looked_s, before_s, before_by = before
     release_s, step_s, most_mps2 = figures
     # What was touched then was touched until now, or until a step ago at least.
     touched_s = np.where(before_s == looked_s, time_s - step_s, before_s)
@@ -468,6 +536,16 @@ def _look_ahead(  # noqa: PLR0913, PLR0917 - compiled functions take plain array
     occupied = time_s - touched_s <= release_s
     danger_m = _danger_m(front_m, present, granted_m, route, circuits, occupied, foremost)
     _lower_to_locked_points(danger_m, front_m, tail_m, present, route, circuits, points)
+    touched_by = _touched_by(front_m, tail_m, present, route, circuits, before_by)
+    danger_by = _danger_by(
+        (danger_m, front_m),
+        (granted_m, granted_by),
+        route,
+        circuits,
+        occupied,
+        (foremost, touched_by),
+        points,
+    )
     until_s = np.inf
     for circuit in range(touched_s.size):
         if occupied[circuit] and touched_s[circuit] < time_s:
@@ -488,4 +566,4 @@ def _look_ahead(  # noqa: PLR0913, PLR0917 - compiled functions take plain array
         speed = speed_mps[train]
         run_s = math.sqrt(speed * speed + 2.0 * most_mps2 * to_go_m) - speed
         until_s = min(until_s, time_s + run_s / most_mps2)
-    return touched_s, danger_m, until_s - ROUNDING_S
+    return touched_s, touched_by, danger_m, danger_by, until_s - ROUNDING_S

@@ -5,6 +5,7 @@ import numpy as np
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
 from railway.line import Line
+from railway.state import NOTHING, beside
 from railway.world import World
 
 
@@ -27,11 +28,13 @@ class Leaders:
         # Lists, because they are read one by one.
         self._predecessor = predecessors(world).tolist()
         self._clear_m, self._fouling_m = (ends_m.tolist() for ends_m in section_ends_m(world.line))
+        self._turnout = _turnouts_at_ends(world.line)
         self._section = list(self._first)
         """The section that each train's tail has not left yet."""
         self._last = len(sections)
         size = world.size
         self.granted_m: FloatArray = np.full(size, world.far_m)
+        self.granted_by: IntArray = np.full(size, NOTHING, dtype=np.intp)
         self.follows: BoolArray = np.zeros(size, dtype=np.bool_)
         self.leader: IntArray = np.full(size, -1, dtype=np.intp)
         self.next_clear_m: FloatArray = np.array([self._clear_m[s] for s in self._first])
@@ -42,6 +45,7 @@ class Leaders:
         self.leader[row] = -1
         self.follows[row] = False
         self.granted_m[row] = self._world.far_m
+        self.granted_by[row] = NOTHING
         before = -1
         for section in range(self._first[row], self._last):
             ahead = self._predecessor[row][section]
@@ -54,6 +58,7 @@ class Leaders:
                 self.follows[row] = granted
             if not granted:
                 self.granted_m[row] = self._fouling_m[section - 1]
+                self.granted_by[row] = beside(self._turnout[section - 1])
                 return
 
     def clear(self, rows: IntArray) -> None:
@@ -164,3 +169,9 @@ def section_ends_m(line: Line) -> tuple[FloatArray, FloatArray]:
     clear_m = [turnout.fouling_end_m if turnout else end_m for turnout, end_m in ends]
     fouling_m = [turnout.fouling_start_m if turnout else end_m for turnout, end_m in ends]
     return np.array(clear_m), np.array(fouling_m)
+
+
+def _turnouts_at_ends(line: Line) -> list[int]:
+    """Return the number of the turnout at the end of each section; -1 where there is none."""
+    number_at = {turnout.position_m: number for number, turnout in enumerate(line.turnouts)}
+    return [number_at.get(section.end_m, -1) for section in line.sections]

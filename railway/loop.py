@@ -81,7 +81,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
         StandstillWatch(world),
     )
     judges = () if controller.peer else (monitor,)
-    recorder = Recorder(world, drive, (*judges, energy, standing))
+    recorder = Recorder(world, controller, (*judges, energy, standing), wayside.places)
     permitted, planned = protection.initial(), operation.initial()
     last_booked_s = float(
         np.max(world.booked_departure_s, initial=0.0, where=np.isfinite(world.booked_departure_s))

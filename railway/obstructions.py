@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from railway.arrays import BoolArray, FloatArray
+from railway.arrays import BoolArray, FloatArray, IntArray
 
 
 class Cause(Enum):
@@ -135,6 +135,8 @@ class WaysideState(NamedTuple):
     """
     obstructed_m: FloatArray
     """Start of the first one in force that concerns each train, or far ahead. [m], (n_trains,)"""
+    obstructed_by: IntArray
+    """Its column; -1 where there is none. shape (n_trains,)"""
     surprised: BoolArray
     """
     Trains that a sudden obstruction may have come too near to. shape (n_trains,)
@@ -168,5 +170,6 @@ def unobstructed(size: int, far_m: float) -> WaysideState:
         nothing,
         np.zeros((size, 0), dtype=np.bool_),
         np.full(size, far_m),
+        np.full(size, -1, dtype=np.intp),
         np.zeros(size, dtype=np.bool_),
     )

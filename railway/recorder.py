@@ -7,13 +7,14 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.control import Command, Drive
+from railway.control import Command, Controller
+from railway.reasons import Reasons
 from railway.records import Trajectory
-from railway.state import Advice, Authority, LineState
+from railway.state import Advice, Authority, LineState, Reason
 from railway.world import World
 
 BLOCK_STEPS = 300
-DWELLING = -1
+DWELLING = int(Reason.DWELLING)
 
 
 class StepBlock(NamedTuple):
@@ -56,8 +57,15 @@ class Examiner(Protocol):
 class Recorder:
     """Keeps a block of states, and a sample of the trajectory every second."""
 
-    def __init__(self, world: World, drive: Drive, examiners: Sequence[Examiner]) -> None:
-        self._drive = drive
+    def __init__(
+        self,
+        world: World,
+        controller: Controller,
+        examiners: Sequence[Examiner],
+        places: tuple[str, ...] = (),
+    ) -> None:
+        self._reasons = Reasons(controller, world.size)
+        self._places = places
         self._examiners = examiners
         shape = (BLOCK_STEPS + 1, world.size)
         self._time_s = np.empty(BLOCK_STEPS + 1)
@@ -70,8 +78,8 @@ class Recorder:
         self._until_sample = 0
         self._sample_every = max(1, round(1.0 / world.step_s))
         self._sampled: list[int] = []
-        self._reasons: list[IntArray] = []
-        self._samples: list[Trajectory] = []
+        self._reasoned: list[IntArray] = []
+        self._samples: list[tuple[FloatArray | IntArray, ...]] = []
         self.train_steps = 0
 
     def write(
@@ -91,10 +99,11 @@ class Recorder:
         command
             What the drive makes of it.
         """
+        self._reasons.check(advice, command)
         at = self._written
         if self._until_sample == 0:
             self._sampled.append(at)
-            self._reasons.append(self._drive.reason(command, advice))
+            self._reasoned.append(self._reasons.of(state, authority, advice, command))
             self._until_sample = self._sample_every
         self._until_sample -= 1
         # Copied at once: arrays that are kept alive for a block cost more than their copies.
@@ -146,22 +155,36 @@ class Recorder:
         Trajectory
             Ordered by time, then train.
         """
-        return Trajectory(*map(np.concatenate, zip(*self._samples, strict=True)))
+        time_s, row, front_m, speed_mps, limit_m, reason, plan, cause = map(
+            np.concatenate, zip(*self._samples, strict=True)
+        )
+        return Trajectory(
+            time_s,
+            row,
+            front_m,
+            speed_mps,
+            limit_m,
+            reason,
+            plan,
+            cause,
+            self._reasons.words,
+            self._places,
+        )
 
-    def _sample(self) -> Trajectory:
+    def _sample(self) -> tuple[FloatArray | IntArray, ...]:
         """Return the samples among what was written."""
         at = self._sampled
         present = self._present[at]
-        reason = np.where(self._running[at], self._reasons, DWELLING)
         sample, row = present.nonzero()
-        self._sampled, self._reasons = [], []
-        return Trajectory(
+        reasoned = np.array(self._reasoned).transpose(1, 0, 2)[:, present]
+        self._sampled, self._reasoned = [], []
+        return (
             self._time_s[at][sample],
             row,
             self._front_m[at][present],
             self._speed_mps[at][present],
             self._limit_m[at][present],
-            reason[present],
+            *reasoned,
         )
 
     def _block(self) -> StepBlock:

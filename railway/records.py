@@ -44,7 +44,20 @@ TRAJECTORY = (
     Column("speed_mps", "float64", "m/s", "speed"),
     Column("limit_m", "float64", "m", "end of authority, or far ahead"),
     Column("track", "str", "", "track under the front"),
-    Column("reason", "str", "", "what bound the speed; dwelling while the stop holds the train"),
+    Column(
+        "reason",
+        "str",
+        "",
+        "what bound the speed: traction, line_limit, train_ahead, obstruction_ahead, "
+        "station_stop, plan, emergency, peer; dwelling while the stop holds the train",
+    ),
+    Column("plan", "str", "", "the operation's own word for its plan; empty for other reasons"),
+    Column(
+        "cause",
+        "str",
+        "",
+        "train, points, level crossing or closure ahead for which it is so; empty if nothing is",
+    ),
 )
 INTERSTATION_STOPS = (
     Column("train", "str", "", "train number"),
@@ -125,7 +138,15 @@ class Trajectory(NamedTuple):
     limit_m: FloatArray
     """End of authority. [m]"""
     reason: IntArray
-    """A :class:`~railway.state.Reason`, or -1 while dwelling."""
+    """A :class:`~railway.state.Reason`."""
+    plan: IntArray
+    """Which of ``plans`` it is under ``Reason.PLAN``; ``NO_REASON`` otherwise."""
+    cause: IntArray
+    """Row of a train, one of ``places`` as from :func:`railway.state.beside`, or ``NOTHING``."""
+    plans: tuple[str, ...] = ()
+    """The operation's own words."""
+    places: tuple[str, ...] = ()
+    """Turnouts, level crossings and closures by column."""
 
 
 class Standstills(NamedTuple):

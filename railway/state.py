@@ -1,7 +1,7 @@
 """What crosses the rooms each step: what is, what is allowed, what is advised."""
 
 from enum import IntEnum
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.faults import UnitState
@@ -10,20 +10,45 @@ from railway.radio import RadioState
 
 
 class Reason(IntEnum):
-    """What bound a train's speed in a step."""
+    """What bound a train's speed in a step; the same words for every controller."""
 
     TRACTION = 0
-    LINE_CEILING = 1
-    AUTHORITY = 2
-    STATION_STOP = 3
-    TWO_STAGE = 4
-    PRE_DECELERATION = 5
-    OPTIMAL_STOP = 6
-    APPROACH = 7
-    ECO = 8
-    PEER = 9
-    CONTROL_MAP = 10
-    EMERGENCY = 11
+    LINE_LIMIT = 1
+    TRAIN_AHEAD = 2
+    OBSTRUCTION_AHEAD = 3
+    """Points, a level crossing or a closure that is not granted."""
+    STATION_STOP = 4
+    PLAN = 5
+    """The operation asks for it, in a word of its own."""
+    EMERGENCY = 6
+    PEER = 7
+    DWELLING = 8
+    """The stop itself holds the train."""
+
+
+NOTHING = -1
+"""What stands behind a bound is the row of a train, a place beside the track, or this."""
+
+
+Column = TypeVar("Column", int, IntArray)
+
+
+def beside(column: Column) -> Column:
+    """
+    Return the number of a place beside the track, as what stands behind a bound.
+
+    Parameters
+    ----------
+    column
+        Its column in :class:`~railway.obstructions.WaysideState`: turnouts, then level
+        crossings, then closures; -1 for none.
+
+    Returns
+    -------
+    Column
+        Below ``NOTHING``, as rows of trains are above it; ``NOTHING`` for none.
+    """
+    return NOTHING - 1 - column
 
 
 class Events(NamedTuple):
@@ -68,6 +93,8 @@ class LineState(NamedTuple):
     """The way is clear up to here: leader's tail or what is not granted. [m]"""
     granted_m: FloatArray
     """Where the first points that are not granted, or the first obstruction, begin. [m]"""
+    granted_by: IntArray
+    """Which points or obstruction, by :func:`beside`; ``NOTHING`` where all is granted."""
     next_call: IntArray
     """The call ahead, or the present one while standing at it."""
     stop_m: FloatArray
@@ -102,6 +129,14 @@ class Authority(NamedTuple):
     """Speed not to be exceeded at the end of the step. [m/s]"""
     delay_s: FloatArray
     """The front counts as this much time of running further ahead of its limit. [s]"""
+    limit_by: IntArray
+    """
+    What ends the way: row of the train ahead, a place as from :func:`beside`, or ``NOTHING``.
+
+    Nothing ends it at the end of the line.
+    """
+    ceiling_by: IntArray
+    """What is ahead that makes the ceiling low; ``NOTHING`` where it is the line's own."""
     link: Link | None = None
     """None for a protection whose permissions reach the trains at once."""
 
@@ -111,4 +146,14 @@ class Advice(NamedTuple):
 
     ceiling_mps: FloatArray
     reason: IntArray
-    """Why the ceiling is what it is, as a :class:`Reason`."""
+    """Which of the operation's own ``reasons`` lowers it; ``NO_REASON`` where none does."""
+    cause: IntArray | None = None
+    """
+    What the operation does it for: train, place beside the track, or ``NOTHING``.
+
+    None where it is never for anything ahead.
+    """
+
+
+NO_REASON = -1
+"""The operation asks for nothing."""

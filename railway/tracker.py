@@ -7,7 +7,7 @@ from railway.engine import Observation
 from railway.faults import Units
 from railway.leaders import Leaders
 from railway.radio import Radio
-from railway.state import Events, LineState
+from railway.state import Events, LineState, beside
 from railway.wayside import Wayside
 from railway.world import World
 
@@ -34,6 +34,7 @@ class Tracker:
         self._leader = self._leaders.leader.copy()
         self._follows = self._leaders.follows.copy()
         self._granted_m = self._leaders.granted_m.copy()
+        self._granted_by = self._leaders.granted_by.copy()
         self._present = np.zeros(size, dtype=np.bool_)
         self._running = np.zeros(size, dtype=np.bool_)
         self._next_call = np.zeros(size, dtype=np.intp)
@@ -85,8 +86,12 @@ class Tracker:
         signalled = self._wayside.update(seen.time_s, trains, self._present, events)
         if events or signalled:
             events = events._replace(signalled=signalled)
-            obstructed_m = self._wayside.state.obstructed_m
-            self._granted_m = np.minimum(self._leaders.granted_m, obstructed_m)
+            known, granted_m = self._wayside.state, self._leaders.granted_m
+            self._granted_m = np.minimum(granted_m, known.obstructed_m)
+            obstructed_by = beside(known.obstructed_by)
+            self._granted_by = np.where(
+                known.obstructed_m < granted_m, obstructed_by, self._leaders.granted_by
+            )
             clear_to_m = self._leaders.tails_and_clearance_m(seen.front_m, self._granted_m)[1]
         return LineState(
             seen.time_s,
@@ -99,6 +104,7 @@ class Tracker:
             self._follows,
             clear_to_m,
             self._granted_m,
+            self._granted_by,
             self._next_call,
             self._stop_m,
             self._last_arrival_s,

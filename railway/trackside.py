@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from railway.arrays import BoolArray, FloatArray
-from railway.line import Crossing, Turnout
+from railway.line import Crossing, Line, Turnout
 from railway.obstructions import Cause, Closure, Disruptions, Obstruction
 from railway.randomness import stream
 from railway.state import LineState
@@ -410,4 +410,27 @@ def machines(world: World, disruptions: Disruptions, seed: int) -> Sequence[Mach
         *(PointMachine(world, place, disruptions, seed) for place in world.line.turnouts),
         *(LevelCrossing(world, place, disruptions, seed) for place in world.line.crossings),
         *(ClosedStretch(world, closure) for closure in disruptions.closures),
+    )
+
+
+def places_beside(line: Line, disruptions: Disruptions) -> tuple[str, ...]:
+    """
+    Return what the machines beside a line are called, in their order.
+
+    Parameters
+    ----------
+    line
+        The line.
+    disruptions
+        What goes wrong.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Identifiers of turnouts, level crossings, closures.
+    """
+    return (
+        *(turnout.id for turnout in line.turnouts),
+        *(crossing.id for crossing in line.crossings),
+        *(closure.id for closure in disruptions.closures),
     )

@@ -17,7 +17,14 @@ from railway.obstructions import (
 )
 from railway.profile import at_each
 from railway.state import Events, LineState
-from railway.trackside import ROUNDING_S, ClosedStretch, PointMachine, Scene, machines
+from railway.trackside import (
+    ROUNDING_S,
+    ClosedStretch,
+    PointMachine,
+    Scene,
+    machines,
+    places_beside,
+)
 from railway.world import World
 
 RESERVE_S = 10.0
@@ -32,6 +39,8 @@ class Wayside:
     def __init__(self, world: World, disruptions: Disruptions = UNDISTURBED, seed: int = 0) -> None:
         self._world = world
         self._machines = machines(world, disruptions, seed)
+        self.places = places_beside(world.line, disruptions)
+        """What each column is called."""
         self._sudden = [
             (column, machine)
             for column, machine in enumerate(self._machines)
@@ -191,8 +200,10 @@ class Wayside:
             [(machine.start_m, machine.end_m, machine.from_s, machine.until_s) for machine in kept]
         ).T.copy()
         reach_m = np.where(concerns & (from_s == -np.inf), start_m, self._world.far_m)
+        obstructed_m = reach_m.min(axis=1)
+        first = np.where(obstructed_m < self._world.far_m, reach_m.argmin(axis=1), -1)
         renewed = WaysideState(
-            start_m, end_m, from_s, until_s, concerns, reach_m.min(axis=1), surprised
+            start_m, end_m, from_s, until_s, concerns, obstructed_m, first, surprised
         )
         if not all(map(np.array_equal, renewed, self.state)):
             self.state = renewed

@@ -7,7 +7,7 @@ import numpy as np
 from railway.arrays import FloatArray
 from railway.obstructions import Obstruction
 from railway.records import EnergyAccount, RunRecord, Standstills, Trajectory, Violation
-from railway.state import Reason
+from railway.state import NO_REASON, NOTHING, Reason
 from railway.timetable import Call, Service
 from railway.world import World
 from tests.worlds import make_scenario, straight_line, world_of
@@ -189,6 +189,8 @@ def _trajectory(
         speed_mps[order],
         limit_m[order],
         reason[order],
+        np.full(order.size, NO_REASON),
+        np.full(order.size, NOTHING),
     )
 
 
@@ -217,5 +219,5 @@ def _samples(
     front_m = at_m[before] + (3.0 - 2.0 * share) * share**2 * np.diff(at_m)[before]
     speed_mps = np.gradient(front_m) if time_s.size > 1 else np.zeros(1)
     standing = (time_s[:, np.newaxis] >= arrival_s) & (time_s[:, np.newaxis] < departure_s)
-    reason = np.where(standing.any(axis=1), -1, int(Reason.TRACTION))
+    reason = np.where(standing.any(axis=1), int(Reason.DWELLING), int(Reason.TRACTION))
     return time_s, np.full(time_s.size, row), front_m, np.maximum(speed_mps, 0.0), reason

@@ -3,7 +3,7 @@
 import numpy as np
 
 from railway.obstructions import unobstructed
-from railway.state import Events, LineState
+from railway.state import NOTHING, Events, LineState, beside
 from railway.world import World
 
 
@@ -54,6 +54,7 @@ def behind(
         follows=np.array([False, follows]),
         clear_to_m=np.array([world.far_m, min(clear_to_m, tail_m[0]) if follows else clear_to_m]),
         granted_m=np.full(2, min(clear_to_m, world.far_m)),
+        granted_by=np.full(2, beside(0) if clear_to_m < world.far_m else NOTHING),
         next_call=np.ones(2, dtype=np.intp),
         stop_m=world.stop_m[:, 1],
         arrival_s=np.full(2, 25_200.0),

@@ -11,7 +11,7 @@ from controllers.reports import Reports
 from railway.arrays import FloatArray
 from railway.obstructions import unobstructed
 from railway.scenario import Scenario
-from railway.state import Events, LineState
+from railway.state import NOTHING, Events, LineState
 from railway.world import World
 
 CONTROLLER = "control_map"
@@ -92,6 +92,7 @@ def crowded(world: World, jitter: FloatArray) -> LineState:
         follows=rows > 0,
         clear_to_m=np.append(world.far_m, (front_m - world.length_m)[:-1]),
         granted_m=np.full(world.size, world.far_m),
+        granted_by=np.full(world.size, NOTHING),
         next_call=call,
         stop_m=world.stop_m[rows, call],
         arrival_s=np.full(world.size, np.nan),

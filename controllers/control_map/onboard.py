@@ -5,9 +5,9 @@ import numpy as np
 from controllers.control_map.measuring import Aboard
 from controllers.control_map.run import stopping_place_m
 from controllers.protection.ceiling import CeilingFigures, LineCeiling, ceiling_ahead_mps
-from railway.arrays import BoolArray, FloatArray
+from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled, plain
-from railway.state import LineState
+from railway.state import NOTHING, LineState
 
 HEADROOM_MPS = 0.3
 """A train that is a little behind its plan may catch up. [m/s]"""
@@ -117,6 +117,43 @@ def keep_bands(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
             # The platform measures the last metres, whatever the centre believes.
             commanded_mps[train] = max(commanded_mps[train], CREEP_MPS)
     return limit_m, commanded_mps, goes_by_s
+
+
+@compiled
+def behind_bands(
+    limit_m: FloatArray,
+    sent_s: FloatArray,
+    free_m: FloatArray,
+    behind: tuple[IntArray, IntArray],
+    held_s: FloatArray,
+) -> IntArray:
+    """
+    Return what is behind the limits and the speeds that trains keep.
+
+    Parameters
+    ----------
+    limit_m
+        The limits. [m], shape (n_trains,)
+    sent_s, free_m
+        As in :class:`~controllers.control_map.telegrams.Sent`.
+    behind
+        What the way was free up to, and what runs were slowed by. shape (n_slots, n_trains) each
+    held_s
+        When the commands were sent that each train goes by. [s], shape (n_trains,)
+
+    Returns
+    -------
+    IntArray
+        As :attr:`railway.state.Authority.limit_by`. shape (n_trains,)
+    """
+    free_by, slowed_by = behind
+    found = np.full(limit_m.size, NOTHING)
+    for train in range(limit_m.size):
+        for slot in range(sent_s.size):
+            if sent_s[slot] == held_s[train] and held_s[train] > -np.inf:
+                ends = limit_m[train] >= free_m[slot, train]
+                found[train] = free_by[slot, train] if ends else slowed_by[slot, train]
+    return found
 
 
 def may_leave(

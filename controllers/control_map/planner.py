@@ -14,6 +14,7 @@ from controllers.control_map.run import Place, Trains, run, stopping_place_m
 from controllers.control_map.way import (
     Ends,
     Grid,
+    Limits,
     Obstructions,
     Order,
     lower_to_announced,
@@ -23,6 +24,7 @@ from controllers.control_map.way import (
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
 from railway.profile import at
+from railway.state import NOTHING
 
 CAPS_MPS = 1.5
 """Distance between the speeds that are tried. [m/s]"""
@@ -53,6 +55,8 @@ class Known(NamedTuple):
     """Trains that have left the line."""
     granted_m: FloatArray
     """Where the first thing begins that is not granted to the train. [m]"""
+    granted_by: IntArray
+    """What that is."""
 
 
 class Horizon(NamedTuple):
@@ -69,6 +73,8 @@ class Scratch(NamedTuple):
     """Arrays that are written again for every train; shape (n_moments,) unless said."""
 
     limit_m: FloatArray
+    limit_by: IntArray
+    """What is behind each limit."""
     limit_square: FloatArray
     """Twice the brake potential at the limits, margin taken off. [m2/s2]"""
     kept_square: FloatArray
@@ -97,6 +103,10 @@ class Plan(NamedTuple):
     """Up to here the way was free when the map was made, margin taken off. [m], (n_trains,)"""
     planned: BoolArray
     """The train has been heard of lately and has a run. shape (n_trains,)"""
+    free_by: IntArray
+    """What the way was free up to, as :attr:`railway.state.Authority.limit_by`. (n_trains,)"""
+    slowed_by: IntArray
+    """What the run is slower for than the line allows; ``NOTHING`` if it is not. (n_trains,)"""
 
 
 @compiled
@@ -139,7 +149,9 @@ def make_plan(  # noqa: PLR0917 - compiled functions take plain arrays
     front_m, speed_mps = np.empty((size, moments)), np.zeros((size, moments))
     rear_m, ahead_m = np.empty((size, moments)), np.empty((size, moments))
     free_m, planned = np.zeros(size), np.zeros(size, dtype=np.bool_)
+    free_by, slowed_by = np.full(size, NOTHING), np.full(size, NOTHING)
     scratch = _scratch(moments)
+    limits = Limits(scratch.limit_m, scratch.limit_by)
     for row in range(size):
         tail_m = known.front_m[row] - trains.length_m[row]
         front_m[row] = ahead_m[row] = known.front_m[row]
@@ -152,25 +164,26 @@ def make_plan(  # noqa: PLR0917 - compiled functions take plain arrays
         planned[row] = True
         place = _at_present(row, old, known, earlier, trains, scratch)
         ends = Ends(place.front_m, tail_m, place.front_m + REACH_M)
-        limit_m = scratch.limit_m
-        limit_m[:] = trains.far_m
-        lower_to_bands(limit_m, row, ends, grid, rear_m, known.gone, order)
-        lower_to_obstructions(limit_m, row, ends, grid, rear_m, known.gone, order, obstructions)
+        limit_m, limit_by = limits
+        limit_m[:], limit_by[:] = trains.far_m, NOTHING
+        lower_to_bands(limits, row, ends, grid, rear_m, known.gone, order)
+        lower_to_obstructions(limits, row, ends, grid, rear_m, known.gone, order, obstructions)
+        granted = known.granted_m[row] < limit_m[0]
+        free_by[row] = known.granted_by[row] if granted else limit_by[0]
         free_m[row] = min(limit_m[0], known.granted_m[row]) - trains.margin_m
         to_stop_m = trains.stop_m[row, place.call] - place.front_m
         waits = place.speed_mps == 0.0 and place.leaves_s == np.inf
         if waits and min(free_m[row] - place.front_m, to_stop_m) < CREEP_M < to_stop_m:
-            limit_m[:] = place.front_m
+            limit_m[:], limit_by[:] = place.front_m, free_by[row]
         for _ in range(2):
-            _choose(trains, row, place, grid, scratch, front_m[row], speed_mps[row])
+            hindered = _choose(trains, row, place, grid, scratch, front_m[row], speed_mps[row])
+            slowed_by[row] = limit_by[hindered] if hindered else NOTHING
             _write_rears(row, old, known, trains, horizon, scratch, front_m[row], rear_m[row])
             _write_stopping(trains, row, front_m[row], speed_mps[row], ahead_m[row])
-            if not lower_to_announced(
-                limit_m, row, place.front_m, grid, ahead_m[row], obstructions
-            ):
+            if not lower_to_announced(limits, row, place.front_m, grid, ahead_m[row], obstructions):
                 break
         ahead_m[row] += trains.margin_m
-    return Plan(now_s, front_m, speed_mps, rear_m, ahead_m, free_m, planned)
+    return Plan(now_s, front_m, speed_mps, rear_m, ahead_m, free_m, planned, free_by, slowed_by)
 
 
 @compiled
@@ -178,6 +191,7 @@ def _scratch(moments: int) -> Scratch:
     path = MOST_OLD + moments
     return Scratch(
         np.empty(moments),
+        np.empty(moments, dtype=np.intp),
         np.empty(moments),
         np.empty(path),
         np.empty(path),
@@ -223,8 +237,8 @@ def _choose(  # noqa: PLR0917 - compiled functions take plain arrays
     scratch: Scratch,
     front_m: FloatArray,
     speed_mps: FloatArray,
-) -> None:
-    """Write the run that a train is to make under its limits."""
+) -> int:
+    """Write a train's run under its limits; return the last moment one made it slower, or 0."""
     start = trains.row_start[row]
     for moment in range(grid.moments):
         bound_m = min(scratch.limit_m[moment], trains.far_m) - trains.margin_m
@@ -238,7 +252,7 @@ def _choose(  # noqa: PLR0917 - compiled functions take plain arrays
     due_s = trains.booked_arrival_s[row, call] - trains.early_s
     early = arrival_s < due_s < np.inf
     if not (hindered or early):
-        return
+        return 0
     # Once nothing is in its way any more it may run as it likes.
     held = hindered or cap_mps.size
     fastest_mps = np.sqrt(at(trains.ceiling_square, place.front_m + start))
@@ -259,14 +273,15 @@ def _choose(  # noqa: PLR0917 - compiled functions take plain arrays
         )
         reached_m = _reached_m(trains, row, after, arrival_s, end_s, fastest_mps, call)
         if early and arrival_s > due_s:
-            return
+            return hindered
         if not early and reached_m < best_m - LOSS_S * fastest_mps:
-            return
+            return hindered
         best_m = max(best_m, reached_m)
         front_m[:], speed_mps[:] = scratch.trial_front_m, scratch.trial_speed_mps
         if hindered and not touched:
-            return
+            return hindered
         cap -= CAPS_MPS
+    return hindered
 
 
 @compiled

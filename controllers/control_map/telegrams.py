@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from controllers.control_map.run import stopping_place_m
-from railway.arrays import BoolArray, FloatArray
+from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
+from railway.state import NOTHING
 
 COMMANDS = 10
 """Steps that a telegram commands. [-]"""
@@ -33,6 +34,10 @@ class Sent(NamedTuple):
     """When the last one was sent that is forgotten, but may not be replaced everywhere. [s]"""
     older_m: FloatArray
     """The furthest limits of all those. [m], shape (n_trains,)"""
+    free_by: IntArray
+    """What the way was free up to. shape (n_slots, n_trains)"""
+    slowed_by: IntArray
+    """What the run is slower for than the line allows. shape (n_slots, n_trains)"""
 
     def added(
         self,
@@ -40,6 +45,7 @@ class Sent(NamedTuple):
         commands: tuple[FloatArray, FloatArray],
         free_m: FloatArray,
         furthest_m: FloatArray,
+        behind: tuple[IntArray, IntArray],
     ) -> "Sent":
         """
         Return the telegrams with another one in the place of the oldest.
@@ -54,6 +60,8 @@ class Sent(NamedTuple):
             How far the way is free. [m], shape (n_trains,)
         furthest_m
             Furthest of the limits; -inf for whom there are no commands. [m], shape (n_trains,)
+        behind
+            What the way is free up to, and what the run is slowed by. shape (n_trains,) each
 
         Returns
         -------
@@ -70,11 +78,14 @@ class Sent(NamedTuple):
             self.known_s,
             float(self.sent_s[slot]),
             np.maximum(self.older_m, self.furthest_m[slot]),
+            self.free_by.copy(),
+            self.slowed_by.copy(),
         )
         sent.sent_s[slot] = sent_s
         sent.limit_m[slot], sent.speed_mps[slot] = commands
         sent.free_m[slot] = free_m
         sent.furthest_m[slot] = furthest_m
+        sent.free_by[slot], sent.slowed_by[slot] = behind
         return sent
 
     def acknowledged(self, acknowledged_s: FloatArray) -> "Sent":
@@ -139,7 +150,9 @@ def nothing_sent(size: int) -> Sent:
     free_m, nowhere_m = np.zeros((KEPT, size)), np.full((KEPT, size), -np.inf)
     never_s = np.full(KEPT, -np.inf)
     no_train = np.full(size, -np.inf)
-    return Sent(never_s, limit_m, speed_mps, free_m, nowhere_m, no_train, -np.inf, no_train)
+    nothing = np.full((KEPT, size), NOTHING)
+    kept = limit_m, speed_mps, free_m, nowhere_m
+    return Sent(never_s, *kept, no_train, -np.inf, no_train, nothing, nothing)
 
 
 @compiled

@@ -13,6 +13,7 @@ import numpy as np
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
 from railway.leaders import predecessors, section_ends_m
+from railway.state import NOTHING
 from railway.world import World
 
 AT_START_M = 0.5
@@ -94,6 +95,15 @@ def order_of(world: World) -> Order:
     )
 
 
+class Limits(NamedTuple):
+    """How far a train may go at every moment; arrays of shape (n_moments,)."""
+
+    limit_m: FloatArray
+    """[m]"""
+    limit_by: IntArray
+    """What is there, as :attr:`railway.state.Authority.limit_by`."""
+
+
 class Grid(NamedTuple):
     """The moments of a map."""
 
@@ -114,7 +124,7 @@ class Ends(NamedTuple):
 
 @compiled
 def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
-    limit_m: FloatArray,
+    limits: Limits,
     row: int,
     ends: Ends,
     grid: Grid,
@@ -127,8 +137,8 @@ def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
 
     Parameters
     ----------
-    limit_m
-        Limits, lowered in place. [m], shape (n_moments,)
+    limits
+        Limits, lowered in place.
     row
         The train; bands of all trains before it are planned.
     ends
@@ -142,11 +152,12 @@ def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
     order
         Who goes before whom.
     """
+    limit_m, limit_by = limits
     last = order.entry_m.size - 1
     here = order.first[row]
     while here < last and ends.tail_m >= order.clear_m[here]:
         here += 1
-    nearest_m = -np.inf
+    nearest_m, joins = -np.inf, here
     for section in range(here, last + 1):
         entry_m = order.entry_m[section]
         if section > here and entry_m >= ends.reach_m:
@@ -154,17 +165,33 @@ def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
         ahead = order.through[row, section]
         outside = section > here and ends.front_m <= entry_m + AT_START_M
         if outside and order.at_points[section] and ahead >= 0 and not gone[ahead]:
-            raise_wall(limit_m, entry_m, 0, _locked_moments(row, section, grid, rear_m, order))
+            locked = _locked_moments(row, section, grid, rear_m, order)
+            # A train that goes the same way is in the way itself, before its points are.
+            by = ahead if order.same_way[row, section] else _points_at(order, section)
+            raise_wall(limits, by, entry_m, 0, locked)
         ahead = order.before[row, section]
         if ahead < 0 or gone[ahead]:
             continue
         if section > here and order.before[row, section - 1] != ahead:
             # Until it joins this way that train is beside it, wherever it is.
-            nearest_m = entry_m
+            nearest_m, joins = entry_m, section
         for moment in range(grid.moments):
             if rear_m[ahead, moment] >= order.clear_m[section]:
                 break
-            limit_m[moment] = min(limit_m[moment], max(rear_m[ahead, moment], nearest_m))
+            bound_m = max(rear_m[ahead, moment], nearest_m)
+            if bound_m < limit_m[moment]:
+                beside = rear_m[ahead, moment] < nearest_m
+                limit_m[moment] = bound_m
+                limit_by[moment] = _points_at(order, joins) if beside else ahead
+
+
+@compiled
+def _points_at(order: Order, section: int) -> int:
+    """Return the points at the start of a section, as what stands behind a bound."""
+    for turnout in range(order.points.size):
+        if order.points[turnout] == section:
+            return NOTHING - 1 - turnout
+    return NOTHING
 
 
 @compiled
@@ -181,7 +208,7 @@ def _locked_moments(row: int, section: int, grid: Grid, rear_m: FloatArray, orde
 
 @compiled
 def lower_to_obstructions(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
-    limit_m: FloatArray,
+    limits: Limits,
     row: int,
     ends: Ends,
     grid: Grid,
@@ -195,8 +222,8 @@ def lower_to_obstructions(  # noqa: PLR0913, PLR0917 - compiled functions take p
 
     Parameters
     ----------
-    limit_m
-        Limits, lowered in place. [m], shape (n_moments,)
+    limits
+        Limits, lowered in place.
     row
         The train; bands of all trains before it are planned.
     ends
@@ -229,12 +256,12 @@ def lower_to_obstructions(  # noqa: PLR0913, PLR0917 - compiled functions take p
                 # These points are still another train's.
                 continue
         wait_s = obstructions.until_s[number] - grid.now_s
-        raise_wall(limit_m, start_m, 0, moments_until(wait_s, grid))
+        raise_wall(limits, NOTHING - 1 - number, start_m, 0, moments_until(wait_s, grid))
 
 
 @compiled
 def lower_to_announced(
-    limit_m: FloatArray,
+    limits: Limits,
     row: int,
     front_m: float,
     grid: Grid,
@@ -249,8 +276,8 @@ def lower_to_announced(
 
     Parameters
     ----------
-    limit_m
-        Limits, lowered in place. [m], shape (n_moments,)
+    limits
+        Limits, lowered in place.
     row
         The train.
     front_m
@@ -278,20 +305,22 @@ def lower_to_announced(
         if stopping_m[begins] > start_m or stopping_m[grid.moments - 1] <= start_m:
             continue
         lasts = moments_until(obstructions.until_s[number] - grid.now_s, grid)
-        raise_wall(limit_m, start_m, begins, lasts)
+        raise_wall(limits, NOTHING - 1 - number, start_m, begins, lasts)
         met = True
     return met
 
 
 @compiled
-def raise_wall(limit_m: FloatArray, place_m: float, first: int, end: int) -> None:
+def raise_wall(limits: Limits, by: int, place_m: float, first: int, end: int) -> None:
     """
     Lower limits to a place from one moment to another.
 
     Parameters
     ----------
-    limit_m
-        Limits, lowered in place. [m], shape (n_moments,)
+    limits
+        Limits, lowered in place.
+    by
+        What stands at the place, as :attr:`railway.state.Authority.limit_by`.
     place_m
         The place. [m]
     first
@@ -299,8 +328,9 @@ def raise_wall(limit_m: FloatArray, place_m: float, first: int, end: int) -> Non
     end
         The moment after the last; may lie past the end.
     """
-    for moment in range(first, min(end, limit_m.size)):
-        limit_m[moment] = min(limit_m[moment], place_m)
+    for moment in range(first, min(end, limits.limit_m.size)):
+        if place_m < limits.limit_m[moment]:
+            limits.limit_m[moment], limits.limit_by[moment] = place_m, by
 
 
 @compiled

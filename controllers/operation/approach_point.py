@@ -27,15 +27,11 @@ from railway.control import Foresight
 from railway.kinematics import next_speed_mps
 from railway.profile import at, braking_loss_mps
 from railway.run_curve import fastest
-from railway.state import Advice, Authority, LineState, Reason
+from railway.state import NO_REASON, Advice, Authority, LineState
 from railway.way import way_on
 from railway.world import World
 
-TRACTION, OPTIMAL_STOP, APPROACH = (
-    int(Reason.TRACTION),
-    int(Reason.OPTIMAL_STOP),
-    int(Reason.APPROACH),
-)
+OPTIMAL_STOP, APPROACH = 0, 1
 LOOK_AHEAD_M = 1500.0
 """So far a leader is followed when it departs. [m]"""
 MOMENT_M = 0.1
@@ -93,6 +89,8 @@ class Near(NamedTuple):
 
 class ApproachPointControl:
     """Approach-point control over any protection."""
+
+    reasons = ("optimal_stop", "approach")
 
     def __init__(self, world: World, options: ApproachPointOptions, foresight: Foresight) -> None:
         self._world = world
@@ -168,7 +166,7 @@ class ApproachPointControl:
             state.time_s,
             self._world.step_s,
         )
-        return Advice(ceiling_mps, reason), memory
+        return Advice(ceiling_mps, reason, memory.leader), memory
 
     def _plan(self, state: LineState, memory: Plans) -> Plans:
         """Plan for those whom the events concern."""
@@ -319,7 +317,7 @@ def _follow(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     step_s: float,
 ) -> tuple[FloatArray, IntArray]:
     ceiling_mps = np.full(front_m.size, NO_CEILING_MPS)
-    reason = np.full(front_m.size, TRACTION)
+    reason = np.full(front_m.size, NO_REASON)
     for train in range(front_m.size):
         if now_s >= run_from_s[train]:
             first, last = pieces[0, train], pieces[1, train]

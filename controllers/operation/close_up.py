@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from railway.control import Foresight
-from railway.state import Advice, Authority, LineState, Reason
+from railway.state import NO_REASON, Advice, Authority, LineState
 from railway.world import World
 
 NO_CEILING_MPS = 1000.0
@@ -25,7 +25,7 @@ def no_advice(trains: int) -> Advice:
     Advice
         For all of them.
     """
-    reason = np.full(trains, Reason.TRACTION, dtype=np.intp)
+    reason = np.full(trains, NO_REASON, dtype=np.intp)
     return Advice(np.full(trains, NO_CEILING_MPS), reason)
 
 
@@ -36,6 +36,8 @@ class CloseUpOptions:
 
 class CloseUp:
     """Asks for nothing."""
+
+    reasons = ()
 
     def __init__(self, world: World, options: CloseUpOptions, foresight: Foresight) -> None:
         del options, foresight

@@ -6,7 +6,7 @@ import numpy as np
 
 from controllers.operation.close_up import NO_CEILING_MPS, no_advice
 from railway.control import Foresight
-from railway.state import Advice, Authority, LineState, Reason
+from railway.state import Advice, Authority, LineState
 from railway.world import World
 
 
@@ -22,6 +22,8 @@ class FollowPlan:
     Over a protection that commands no speeds it closes up.
     """
 
+    reasons = ("control_map",)
+
     def __init__(
         self,
         world: World,
@@ -29,7 +31,7 @@ class FollowPlan:
         foresight: Foresight,  # noqa: ARG002
     ) -> None:
         self._closes_up = no_advice(world.size)
-        self._reason = np.full(world.size, Reason.CONTROL_MAP, dtype=np.intp)
+        self._reason = np.zeros(world.size, dtype=np.intp)
 
     def initial(self) -> None:
         """Return the memory before the first step: there is none."""
@@ -60,4 +62,4 @@ class FollowPlan:
         if authority.link is None:
             return self._closes_up, None
         ceiling_mps = np.minimum(authority.link.commanded_mps, NO_CEILING_MPS)
-        return Advice(ceiling_mps, self._reason), None
+        return Advice(ceiling_mps, self._reason, authority.limit_by), None

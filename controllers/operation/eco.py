@@ -22,11 +22,11 @@ from railway.extremal import BRAKING, SPEEDING_UP
 from railway.kinematics import next_speed_mps
 from railway.profile import at, braking_loss_mps
 from railway.run_curve import RunTimeError, StallError
-from railway.state import Advice, Authority, LineState, Reason
+from railway.state import NO_REASON, Advice, Authority, LineState
 from railway.way import way_on
 from railway.world import World
 
-TRACTION, ECO = int(Reason.TRACTION), int(Reason.ECO)
+ECO = 0
 LEAST_WAY_M = 50.0
 """Nearer than this to the stop nothing is planned. [m]"""
 
@@ -64,6 +64,8 @@ class Plans(NamedTuple):
 
 class Eco:
     """Energy-saving driving over any protection."""
+
+    reasons = ("eco",)
 
     def __init__(self, world: World, options: EcoOptions, foresight: Foresight) -> None:
         self._world = world
@@ -231,7 +233,7 @@ def _follow(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     """Return ceilings, why, and who is behind its plan although its authority lets it follow."""
     now_s, step_s, patience_s = clock
     ceiling_mps = np.full(front_m.size, NO_CEILING_MPS)
-    reason = np.full(front_m.size, TRACTION)
+    reason = np.full(front_m.size, NO_REASON)
     behind = np.zeros(front_m.size, dtype=np.bool_)
     for train in range(front_m.size):
         along_m = front_m[train] - from_m[train]

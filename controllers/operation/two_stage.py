@@ -27,12 +27,10 @@ from railway.compiled import compiled
 from railway.control import Foresight
 from railway.kinematics import braking_distance_m, two_stage_brake_mps2, two_stage_speed_mps
 from railway.run_up import RunUp
-from railway.state import Advice, Authority, LineState, Reason
+from railway.state import Advice, Authority, LineState
 from railway.world import World
 
-# Plain numbers, as compiled functions want them.
-TWO_STAGE = int(Reason.TWO_STAGE)
-PRE_DECELERATION = int(Reason.PRE_DECELERATION)
+TWO_STAGE, PRE_DECELERATION = 0, 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +56,8 @@ class Plans(NamedTuple):
 
 class TwoStage:
     """Two-stage deceleration over any protection."""
+
+    reasons = ("two_stage", "pre_deceleration")
 
     def __init__(
         self,
@@ -112,8 +112,9 @@ class TwoStage:
         """
         if self._pre_deceleration and (state.events or state.time_s >= memory.next_release_s):
             memory = self._plan(state, authority)
-        ceiling_mps, reason = _lowest(
+        ceiling_mps, reason, cause = _lowest(
             authority.limit_m,
+            authority.limit_by,
             state.front_m,
             state.speed_mps,
             state.stop_m,
@@ -122,7 +123,7 @@ class TwoStage:
             memory.ceiling_mps,
             (self._acceleration_mps2, self._brake_mps2, self._step_s),
         )
-        return Advice(ceiling_mps, reason), memory
+        return Advice(ceiling_mps, reason, cause), memory
 
     def _plan(self, state: LineState, authority: Authority) -> Plans:
         """Plan every train anew."""
@@ -169,6 +170,7 @@ class TwoStage:
 @compiled
 def _lowest(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     limit_m: FloatArray,
+    limit_by: IntArray,
     front_m: FloatArray,
     speed_mps: FloatArray,
     stop_m: FloatArray,
@@ -176,10 +178,10 @@ def _lowest(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     follows: BoolArray,
     planned_mps: FloatArray,
     rates: tuple[float, float, float],
-) -> tuple[FloatArray, IntArray]:
+) -> tuple[FloatArray, IntArray, IntArray]:
     acceleration_mps2, brake_mps2, step_s = rates
     ceiling_mps = planned_mps.copy()
-    reason = np.full(front_m.size, PRE_DECELERATION)
+    reason, cause = np.full(front_m.size, PRE_DECELERATION), leader.copy()
     for train in range(front_m.size):
         # Who stops at a platform before the obstacle need not mind it yet.
         if limit_m[train] >= stop_m[train]:
@@ -190,5 +192,5 @@ def _lowest(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         held_mps = two_stage_speed_mps(gap_m, leader_mps, acceleration_mps2, brake_mps2)
         if held_mps <= ceiling_mps[train]:
             ceiling_mps[train] = held_mps
-            reason[train] = TWO_STAGE
-    return ceiling_mps, reason
+            reason[train], cause[train] = TWO_STAGE, limit_by[train]
+    return ceiling_mps, reason, cause

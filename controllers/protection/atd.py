@@ -20,13 +20,13 @@ from controllers.options import OptionError, require
 from controllers.protection.ceiling import CeilingFigures, LineCeiling, ceiling_ahead_mps
 from controllers.protection.fixed_block import detection_on
 from controllers.protection.fuzzy import RuleBase, infer, rule_base
-from railway.arrays import BoolArray, FloatArray
+from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled, plain
 from railway.control import Separation
 from railway.detection import Sight
 from railway.kinematics import next_speed_mps
 from railway.profile import at
-from railway.state import Authority, LineState
+from railway.state import NOTHING, Authority, LineState
 from railway.world import World
 
 KMH_PER_MPS = 3.6
@@ -175,11 +175,12 @@ class Atd:
         world = self._world
         sight = self._detection.look_ahead(state, memory.sight)
         after = Braked(sight, memory.brake_mps2.copy(), memory.tripped.copy())
-        limit_m, ceiling_mps = _authorise(
+        limit_m, ceiling_mps, limit_by, ceiling_by = _authorise(
             state.front_m,
             state.speed_mps,
             state.present,
             sight.danger_m,
+            sight.danger_by,
             world.row_start,
             self._square,
             (self._service_mps2, self._emergency_mps2),
@@ -191,7 +192,8 @@ class Atd:
             after.tripped,
             self._plain[2],
         )
-        return Authority(limit_m, ceiling_mps, self._no_delay_s), after
+        authority = Authority(limit_m, ceiling_mps, self._no_delay_s, limit_by, ceiling_by)
+        return authority, after
 
     def limit_behind_m(
         self,
@@ -342,6 +344,7 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     speed_mps: FloatArray,
     present: BoolArray,
     danger_m: FloatArray,
+    danger_by: IntArray,
     row_start: FloatArray,
     square: FloatArray,
     brakes_mps2: tuple[FloatArray, FloatArray],
@@ -352,11 +355,12 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     brake_mps2: FloatArray,
     tripped: BoolArray,
     ceiling_fields: tuple[FloatArray, FloatArray, FloatArray, float],
-) -> tuple[FloatArray, FloatArray]:
-    """Return limits and ceilings by pattern and line, and write what trains remember."""
+) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
+    """Return limits and ceilings with what is behind them, and write what trains remember."""
     patterns, rules = Patterns(*pattern_fields), RuleBase(*rule_fields)
     line_ceiling = CeilingFigures(*ceiling_fields)
     limit_m, ceiling_mps = np.full(front_m.size, far_m), np.zeros(front_m.size)
+    limit_by, ceiling_by = np.full(front_m.size, NOTHING), np.full(front_m.size, NOTHING)
     for train in range(front_m.size):
         if not present[train]:
             continue
@@ -365,6 +369,7 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         if danger_m[train] >= far_m:
             brake_mps2[train], tripped[train] = 0.0, False
             continue
+        limit_by[train] = danger_by[train]
         # A train that stands closer to an occupied circuit than the overlap stays there.
         stop_m = max(danger_m[train] - patterns.overlap_m, front_m[train])
         end_m = _step_end_m(front_m[train], patterns)
@@ -387,5 +392,6 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
             followed = max(speed - brake_mps2[train] * step_s, 0.0)
         elif speed > pattern:
             followed = speed
-        ceiling_mps[train] = min(ceiling_mps[train], followed)
-    return limit_m, ceiling_mps
+        if followed < ceiling_mps[train]:
+            ceiling_mps[train], ceiling_by[train] = followed, danger_by[train]
+    return limit_m, ceiling_mps, limit_by, ceiling_by

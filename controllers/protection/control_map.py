@@ -32,7 +32,12 @@ from controllers.control_map.measuring import (
     all_right,
     measure,
 )
-from controllers.control_map.onboard import ceilings_mps, keep_bands, may_leave
+from controllers.control_map.onboard import (
+    behind_bands,
+    ceilings_mps,
+    keep_bands,
+    may_leave,
+)
 from controllers.control_map.planner import Horizon, Known, Plan, make_plan
 from controllers.control_map.run import Pace, trains_of
 from controllers.control_map.telegrams import COMMANDS, Sent, limits_m, nothing_sent
@@ -45,7 +50,7 @@ from railway.compiled import plain
 from railway.control import Separation
 from railway.control_map import Bands, free_to_m, layers_of, overlaps_m, ways_of
 from railway.radio import TOLERANCE_S, RadioSpec
-from railway.state import Authority, LineState, Link
+from railway.state import NOTHING, Authority, LineState, Link
 from railway.world import World
 
 UPDATE_S = 0.5
@@ -120,6 +125,7 @@ class ControlMap:
         self._ceiling = LineCeiling(world, world.profile)
         self._order, self._layers, self._ways = order_of(world), layers_of(world), ways_of(world)
         self._no_delay_s = np.zeros(world.size)
+        self._nothing = np.full(world.size, NOTHING, dtype=np.intp)
         self._trains = trains_of(
             world,
             Pace(UPDATE_S, options.smooth_brake_kmhps / 3.6, options.early_s, options.margin_m),
@@ -145,7 +151,17 @@ class ControlMap:
         nobody, nowhere = np.zeros(size, dtype=np.bool_), np.full(size, -np.inf)
         return Memory(
             no_reports(self._world),
-            Plan(-np.inf, curves[0], curves[1], curves[2], curves[3], nowhere, nobody),
+            Plan(
+                -np.inf,
+                curves[0],
+                curves[1],
+                curves[2],
+                curves[3],
+                nowhere,
+                nobody,
+                self._nothing,
+                self._nothing,
+            ),
             nothing_sent(size),
             -np.inf,
             -np.inf,
@@ -215,7 +231,8 @@ class ControlMap:
         sent_s = self._radio.last_telegram_s(state.time_s)
         if sent_s > sent.sent_s.max():
             commands = limit_m, plan.speed_mps[:, : COMMANDS + 1]
-            sent = sent.added(sent_s, commands, plan.free_m, furthest_m)
+            behind = plan.free_by, plan.slowed_by
+            sent = sent.added(sent_s, commands, plan.free_m, furthest_m, behind)
             if state.units is not None:
                 aboard = aboard._replace(stamp_error_s=state.units.centre_clock_error_s)
         return memory._replace(next_s=next_s, plan=plan, sent=sent, aboard=aboard)
@@ -249,6 +266,9 @@ class ControlMap:
             held_m,
             self._figures,
         )
+        sent = memory.sent
+        behind = sent.free_by, sent.slowed_by
+        limit_by = behind_bands(limit_m, sent.sent_s, sent.free_m, behind, held_s)
         runs_out_s = held_s
         if state.units is not None:
             runs_out_s = held_s + aboard.stamp_error_s - aboard.clock_error_s
@@ -263,7 +283,8 @@ class ControlMap:
             # What was permitted stays so: only where the train is has become uncertain.
             limit_m = np.where(leaving, np.maximum(limit_m, held_m), limit_m) - aboard.shift_m
         link = Link(braking | aboard.leaving, commanded_mps, memory.covered_m)
-        authority = Authority(limit_m, ceiling_mps, self._no_delay_s, link)
+        bounds = limit_m, ceiling_mps, self._no_delay_s
+        authority = Authority(*bounds, limit_by, self._nothing, link)
         return authority, memory._replace(
             held_s=held_s, held_m=limit_m, emergency=braking, aboard=aboard
         )
@@ -371,6 +392,7 @@ class ControlMap:
             state.present,
             self._gone(state),
             state.granted_m,
+            state.granted_by,
         )
         now_s = UPDATE_S * round(state.time_s / UPDATE_S)
         return make_plan(

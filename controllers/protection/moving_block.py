@@ -27,7 +27,7 @@ from railway.buffers import Buffers, drifted_buffer_m, reaching_front_m
 from railway.compiled import compiled, count_up_to, plain
 from railway.control import Separation
 from railway.profile import build_profile
-from railway.state import Authority, LineState
+from railway.state import NOTHING, Authority, LineState
 from railway.world import World
 
 ENTERED_M = 1.0
@@ -101,6 +101,7 @@ class MovingBlock:
         self.delay_s = buffers.delay_s
         self._square = 2.0 * self.profile.potential_m2ps2.ravel()
         self._delays_s = np.full(world.size, buffers.delay_s)
+        self._own_ceiling = np.full(world.size, NOTHING, dtype=np.intp)
         self.ceiling = LineCeiling(world, self.profile)
         self._line_ceiling = plain(self.ceiling.figures)
         self._spacing = (
@@ -141,12 +142,13 @@ class MovingBlock:
         if state.next_call is not memory.next_call:
             rows = np.arange(self._world.size)
             memory = Ahead(state.next_call, self._world.platform_m[:, rows, state.next_call])
-        limit_m, ceiling_mps = _authorise(
+        limit_m, ceiling_mps, limit_by = _authorise(
             state.front_m,
             state.tail_m,
             state.speed_mps,
             state.present,
             state.clear_to_m,
+            state.granted_by,
             state.leader,
             state.follows,
             memory.section_m,
@@ -154,7 +156,8 @@ class MovingBlock:
             self._spacing,
             *self._corrections_m,
         )
-        return Authority(limit_m, ceiling_mps, self._delays_s), memory
+        authority = Authority(limit_m, ceiling_mps, self._delays_s, limit_by, self._own_ceiling)
+        return authority, memory
 
     def limit_behind_m(
         self,
@@ -226,8 +229,8 @@ def _limit_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     spacing: tuple[float, float, float, bool],
     balise_m: FloatArray,
     buffered_at_balise_m: FloatArray,
-) -> float:
-    """Return the end of authority behind an obstacle and a leader."""
+) -> tuple[float, bool]:
+    """Return the end of authority behind an obstacle and a leader, and whether by the leader."""
     start_m, end_m = section_m
     margin_m, ratio, resolution_m, exclusive = spacing
     last = count_up_to(balise_m, front_m) - 1
@@ -240,7 +243,8 @@ def _limit_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     # Eq. (3) without the delay, which the drive counts. A balise corrects nothing before the
     # train has passed it.
     passed = min(count_up_to(buffered_at_balise_m, place_m), max(last, 0))
-    return float(reaching_front_m(place_m, balise_m[passed], ratio, resolution_m))
+    limit_m = float(reaching_front_m(place_m, balise_m[passed], ratio, resolution_m))
+    return limit_m, rear_m <= clear_to_m
 
 
 @compiled
@@ -250,6 +254,7 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     speed_mps: FloatArray,
     present: BoolArray,
     clear_to_m: FloatArray,
+    granted_by: IntArray,
     leader: IntArray,
     follows: BoolArray,
     section_m: FloatArray,
@@ -257,16 +262,17 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     spacing: tuple[float, float, float, bool],
     balise_m: FloatArray,
     buffered_at_balise_m: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, IntArray]:
     line_ceiling = CeilingFigures(*ceiling_fields)
     limit_m, ceiling_mps = clear_to_m.copy(), np.zeros_like(speed_mps)
+    limit_by = granted_by.copy()
     for train in range(front_m.size):
         if not present[train]:
             continue
         ahead_tail_m, ahead_front_m = np.inf, 0.0
         if follows[train]:
             ahead_tail_m, ahead_front_m = tail_m[leader[train]], front_m[leader[train]]
-        limit_m[train] = _limit_m(
+        limit_m[train], by_leader = _limit_m(
             front_m[train],
             front_m[train] > section_m[0, train] + ENTERED_M,
             clear_to_m[train],
@@ -277,10 +283,12 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
             balise_m,
             buffered_at_balise_m,
         )
+        if follows[train] and by_leader:
+            limit_by[train] = leader[train]
         ceiling_mps[train] = ceiling_ahead_mps(
             line_ceiling, train, front_m[train], speed_mps[train]
         )
-    return limit_m, ceiling_mps
+    return limit_m, ceiling_mps, limit_by
 
 
 @compiled
@@ -305,5 +313,5 @@ def _limits_behind_m(
             spacing,
             balise_m,
             buffered_at_balise_m,
-        )
+        )[0]
     return limit_m

@@ -20,7 +20,7 @@ from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled, plain
 from railway.control import Separation
 from railway.detection import Sight, Tiling, place_of, place_of_front
-from railway.state import Authority, LineState
+from railway.state import NOTHING, Authority, LineState
 from railway.world import World
 
 
@@ -124,12 +124,13 @@ class MultiStepAtc:
         """
         sight = self._detection.look_ahead(state, memory.sight)
         onboard = memory.onboard.copy()
-        limit_m, ceiling_mps = _authorise(
+        limit_m, ceiling_mps, limit_by, ceiling_by = _authorise(
             state.time_s,
             state.front_m,
             state.speed_mps,
             state.present,
             sight.danger_m,
+            sight.danger_by,
             self._detection.route,
             self._blocks,
             self._world.type_index,
@@ -139,7 +140,8 @@ class MultiStepAtc:
             onboard,
             self._line_ceiling,
         )
-        return Authority(limit_m, ceiling_mps, self._no_delay_s), Shown(sight, onboard)
+        authority = Authority(limit_m, ceiling_mps, self._no_delay_s, limit_by, ceiling_by)
+        return authority, Shown(sight, onboard)
 
     def limit_behind_m(
         self,
@@ -207,17 +209,17 @@ class MultiStepAtc:
 @compiled
 def _code_mps(
     front_m: float, danger_m: float, route: int, blocks: Tiling, code_mps: FloatArray
-) -> tuple[float, float]:
-    """Return the code that a front is shown, and where the occupied block begins."""
+) -> tuple[float, float, float]:
+    """Return the code that a front is shown, the block's highest, and where the way ends."""
     here = place_of_front(blocks, route, front_m)
     last = blocks.first[route + 1]
     most = code_mps.shape[1] - 1
     if danger_m >= blocks.end_m[last - 1]:
-        return code_mps[here, most], np.inf
+        return code_mps[here, most], code_mps[here, most], np.inf
     occupied = place_of(blocks, route, danger_m)
     free = occupied - here - 1
     code = code_mps[here, min(free, most)] if free >= 0 else 0.0
-    return code, blocks.start_m[occupied]
+    return code, code_mps[here, most], blocks.start_m[occupied]
 
 
 @compiled
@@ -237,6 +239,7 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     speed_mps: FloatArray,
     present: BoolArray,
     danger_m: FloatArray,
+    danger_by: IntArray,
     route: IntArray,
     block_fields: tuple[IntArray, IntArray, FloatArray, FloatArray],
     type_index: IntArray,
@@ -245,19 +248,22 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     far_m: float,
     onboard: FloatArray,
     ceiling_fields: tuple[FloatArray, FloatArray, FloatArray, float],
-) -> tuple[FloatArray, FloatArray]:
-    """Return limits and ceilings by code and line, and write what trains remember."""
+) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
+    """Return limits and ceilings with what is behind them, and write what trains remember."""
     blocks, line_ceiling = Tiling(*block_fields), CeilingFigures(*ceiling_fields)
     idle_time_s, below_mps, overlap_m = figures
     limit_m, ceiling_mps = np.full(front_m.size, far_m), np.zeros(front_m.size)
+    limit_by, ceiling_by = np.full(front_m.size, NOTHING), np.full(front_m.size, NOTHING)
     for train in range(front_m.size):
         if not present[train]:
             continue
-        shown, occupied_m = _code_mps(
+        shown, highest, occupied_m = _code_mps(
             front_m[train], danger_m[train], route[train], blocks, code_mps[type_index[train]]
         )
         # A train that stands closer to an occupied block than the overlap stays there.
         limit_m[train] = min(max(occupied_m - overlap_m, front_m[train]), far_m)
+        if occupied_m < np.inf:
+            limit_by[train] = danger_by[train]
         obeyed, takes_effect_s, braking = onboard[:, train]
         if shown >= obeyed:
             braking = braking if shown == obeyed else 0.0
@@ -276,4 +282,7 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         onboard[BRAKING, train] = braking
         line_mps = ceiling_ahead_mps(line_ceiling, train, front_m[train], speed_mps[train])
         ceiling_mps[train] = min(line_mps, bound_mps)
-    return limit_m, ceiling_mps
+        # The highest code of a block is the line's own, whatever is ahead.
+        if bound_mps < line_mps and min(shown, obeyed) < highest:
+            ceiling_by[train] = danger_by[train]
+    return limit_m, ceiling_mps, limit_by, ceiling_by

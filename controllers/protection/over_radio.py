@@ -22,13 +22,13 @@ import numpy as np
 
 from controllers.protection.ceiling import LineCeiling
 from controllers.reports import Reports, emergency, no_reports, radio_of, take_reports
-from railway.arrays import BoolArray, FloatArray
+from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled, plain
 from railway.control import Foresight, Protection, Separation
 from railway.leaders import section_ends_m
 from railway.profile import at_each
 from railway.radio import TOLERANCE_S, RadioSpec, RadioState
-from railway.state import Authority, LineState, Link
+from railway.state import NOTHING, Authority, LineState, Link
 from railway.world import World
 
 HORIZON_S = 5.0
@@ -53,6 +53,8 @@ class Telegrams(NamedTuple):
     """-inf for an empty slot. [s], shape (n_slots,)"""
     limit_m: FloatArray
     """Shape (n_slots, n_trains). [m]"""
+    limit_by: IntArray
+    """What is behind them. shape (n_slots, n_trains)"""
     older_s: float
     """When the last one was sent that is forgotten, but may not be replaced everywhere. [s]"""
     older_m: FloatArray
@@ -76,6 +78,8 @@ class OnAir(NamedTuple):
     """The radio and the trains on the line for which the rest was worked out."""
     limit_m: FloatArray
     """The limits that trains go by. [m], shape (n_trains,)"""
+    limit_by: IntArray
+    """What is behind them. shape (n_trains,)"""
     covered_m: FloatArray
     """See :attr:`railway.state.Link.covered_m`. [m], shape (n_trains,)"""
     emergency: BoolArray
@@ -96,6 +100,7 @@ class OverRadio:
         brakes = map(world.of_type, ("emergency_brake_mps2", "service_brake_mps2"))
         self._harder_mps2 = np.subtract(*brakes)
         self._nothing_commanded = np.full(world.size, np.inf)
+        self._nothing = np.full(world.size, NOTHING, dtype=np.intp)
         # Whatever a train may still hear, or go by when it hears it, is remembered.
         self._slots = math.ceil((HORIZON_S + radio.delay_most_s) / radio.cycle_s) + 2
 
@@ -110,15 +115,20 @@ class OverRadio:
         """
         size, slots = self._world.size, self._slots
         nowhere = np.full(size, -np.inf)
+        slots_m = np.full((slots, size), -np.inf)
+        telegrams = Telegrams(
+            np.full(slots, -np.inf), slots_m, np.full((slots, size), NOTHING), -np.inf, nowhere
+        )
         return OnAir(
             self._inner.initial(),
             np.full(size, self.delay_s),
             no_reports(self._world),
             nowhere,
-            Telegrams(np.full(slots, -np.inf), np.full((slots, size), -np.inf), -np.inf, nowhere),
+            telegrams,
             -np.inf,
             (None, None),
             self._world.stop_m[:, 0].copy(),
+            self._nothing,
             nowhere,
             np.zeros(size, dtype=np.bool_),
         )
@@ -147,16 +157,19 @@ class OverRadio:
         sends = state.time_s + TOLERANCE_S >= memory.next_s
         if sends:
             memory = self._send(state, memory._replace(reports=reports), radio)
-        limit_m, covered_m = memory.limit_m, memory.covered_m
+        limit_m, limit_by, covered_m = memory.limit_m, memory.limit_by, memory.covered_m
         if sends or radio is not memory.heard[0] or present is not memory.heard[1]:
-            limit_m, covered_m = _hear(
-                radio.heard_s, radio.acknowledged_s, present, plain(memory.telegrams), limit_m
+            held = limit_m, limit_by
+            limit_m, limit_by, covered_m = _hear(
+                radio.heard_s, radio.acknowledged_s, present, plain(memory.telegrams), held
             )
         brakes = emergency(memory.emergency, state, radio.heard_s, HORIZON_S)
         authority = Authority(
             limit_m,
             self._inner.ceiling.ahead_mps(state),
             memory.delay_s,
+            limit_by,
+            self._nothing,
             Link(brakes, self._nothing_commanded, covered_m),
         )
         return authority, OnAir(
@@ -168,6 +181,7 @@ class OverRadio:
             memory.next_s,
             (radio, present),
             limit_m,
+            limit_by,
             covered_m,
             brakes,
         )
@@ -204,7 +218,7 @@ class OverRadio:
         return memory._replace(
             inner=inner,
             delay_s=authority.delay_s,
-            telegrams=_added(telegrams, sent_s, limit_m),
+            telegrams=_added(telegrams, sent_s, limit_m, authority.limit_by),
             next_s=sent_s + self._radio.cycle_s,
         )
 
@@ -270,13 +284,17 @@ class OverRadio:
         return self._inner.permitted_mps(row, front_m, limit_m)
 
 
-def _added(telegrams: Telegrams, sent_s: float, limit_m: FloatArray) -> Telegrams:
+def _added(
+    telegrams: Telegrams, sent_s: float, limit_m: FloatArray, limit_by: IntArray
+) -> Telegrams:
     """Return the last telegrams and a new one."""
     slot = int(telegrams.sent_s.argmin())
     times_s, limits_m = telegrams.sent_s.copy(), telegrams.limit_m.copy()
     older_s, older_m = float(times_s[slot]), np.maximum(telegrams.older_m, limits_m[slot])
     times_s[slot], limits_m[slot] = sent_s, limit_m
-    return Telegrams(times_s, limits_m, older_s, older_m)
+    behind = telegrams.limit_by.copy()
+    behind[slot] = limit_by
+    return Telegrams(times_s, limits_m, behind, older_s, older_m)
 
 
 def _replaced(telegrams: Telegrams, radio: RadioState, present: BoolArray) -> Telegrams:
@@ -291,22 +309,24 @@ def _hear(
     heard_s: FloatArray,
     acknowledged_s: FloatArray,
     present: BoolArray,
-    fields: tuple[FloatArray, FloatArray, float, FloatArray],
-    held_m: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Return by what limits trains go, and which ones they may still go by."""
-    sent_s, sent_m, older_s, older_m = fields
+    fields: tuple[FloatArray, FloatArray, IntArray, float, FloatArray],
+    held: tuple[FloatArray, IntArray],
+) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Return by what limits trains go, what is behind them, and which ones they may still go by."""
+    sent_s, sent_m, sent_by, older_s, older_m = fields
     effective_s = np.inf
     for train in range(heard_s.size):
         if present[train]:
             effective_s = min(effective_s, acknowledged_s[train])
-    limit_m, covered_m = held_m.copy(), np.full(held_m.size, -np.inf)
+    limit_m, limit_by = held[0].copy(), held[1].copy()
+    covered_m = np.full(limit_m.size, -np.inf)
     if older_s >= effective_s:
         covered_m[:] = older_m
     for slot in range(sent_s.size):
         for train in range(heard_s.size):
             if sent_s[slot] == heard_s[train] and heard_s[train] > -np.inf:
                 limit_m[train] = sent_m[slot, train]
+                limit_by[train] = sent_by[slot, train]
             if sent_s[slot] >= effective_s:
                 covered_m[train] = max(covered_m[train], sent_m[slot, train])
-    return limit_m, covered_m
+    return limit_m, limit_by, covered_m

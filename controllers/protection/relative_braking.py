@@ -18,7 +18,7 @@ from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
 from railway.control import Separation
 from railway.profile import SPACING_M, at
-from railway.state import Authority, LineState
+from railway.state import NOTHING, Authority, LineState
 from railway.world import World
 
 EXACT_M = 0.01
@@ -56,6 +56,7 @@ class RelativeBraking:
         self.ceiling = LineCeiling(world, world.profile)
         self._square = 2.0 * world.profile.potential_m2ps2.ravel()
         self._no_delay_s = np.zeros(world.size)
+        self._own_ceiling = np.full(world.size, NOTHING, dtype=np.intp)
         brake_mps2 = options.leader_brake_kmhps / 3.6
         self.accepted: BoolArray = world.of_type("emergency_brake_mps2") <= brake_mps2
         """Trains that cannot stop shorter than assumed. shape (n_trains,)"""
@@ -88,12 +89,13 @@ class RelativeBraking:
         tuple[Authority, tuple[()]]
             Limits and ceilings, and nothing to remember.
         """
-        limit_m = _limits_m(
+        limit_m, limit_by = _limits_m(
             state.front_m,
             state.tail_m,
             state.speed_mps,
             state.present,
             state.granted_m,
+            state.granted_by,
             state.leader,
             state.follows,
             self.accepted,
@@ -102,7 +104,8 @@ class RelativeBraking:
             self._harder_mps2,
             self._margin_m,
         )
-        return Authority(limit_m, self.ceiling.ahead_mps(state), self._no_delay_s), memory
+        bounds = limit_m, self.ceiling.ahead_mps(state), self._no_delay_s
+        return Authority(*bounds, limit_by, self._own_ceiling), memory
 
     def limit_behind_m(
         self,
@@ -209,6 +212,7 @@ def _limits_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     speed_mps: FloatArray,
     present: BoolArray,
     granted_m: FloatArray,
+    granted_by: IntArray,
     leader: IntArray,
     follows: BoolArray,
     accepted: BoolArray,
@@ -216,8 +220,8 @@ def _limits_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     square: FloatArray,
     harder_mps2: FloatArray,
     margin_m: float,
-) -> FloatArray:
-    limit_m = granted_m - margin_m
+) -> tuple[FloatArray, IntArray]:
+    limit_m, limit_by = granted_m - margin_m, granted_by.copy()
     for train in range(front_m.size):
         if not (present[train] and follows[train]):
             continue
@@ -228,5 +232,6 @@ def _limits_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
                 front_m[ahead], speed_mps[ahead], row_start[ahead], square, harder_mps2[ahead]
             )
             rear_m += stands_m - front_m[ahead]
-        limit_m[train] = min(limit_m[train], rear_m - margin_m)
-    return limit_m
+        if rear_m - margin_m <= limit_m[train]:
+            limit_m[train], limit_by[train] = rear_m - margin_m, ahead
+    return limit_m, limit_by

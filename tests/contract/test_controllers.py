@@ -14,7 +14,7 @@ from controllers import OPERATIONS, PROTECTIONS, ControllerError, build
 from railway.arrays import FloatArray
 from railway.control import Controller, Operation, Protection, Separation
 from railway.scenario import ControllerSpec, Option, Scenario
-from railway.state import Advice, Authority, LineState, Reason
+from railway.state import NO_REASON, Advice, Authority, LineState
 from railway.world import World
 from tests.property.runs import loop_station_scenario, run
 from tests.worlds import merge_scenario, two_station_scenario, world_of
@@ -72,6 +72,7 @@ class Twice:
     def __init__(self, controller: Controller) -> None:
         self._protection: Protection[Any] = controller.protection
         self._operation: Operation[Any] = controller.operation
+        self.reasons = self._operation.reasons
         self.said: list[tuple[LineState, Authority, Advice]] = []
 
     def initial(self) -> tuple[Any, Any]:
@@ -108,11 +109,16 @@ def test_same_state_same_answer_and_answers_are_sound(
     controller = replace(honest, protection=twice, operation=twice)
     record, _ = run(scenario, controller=controller, delay_s=overstays(scenario, 70.0, 40.0))
     assert record.violations == ()
-    reasons = {int(reason) for reason in Reason}
+    declared = set(range(len(honest.operation.reasons))) | {NO_REASON}
+    # Codes of places beside the track, nothing, rows of trains.
+    known = set(range(-1 - len(scenario.line.turnouts), world.size))
     for state, authority, advice in twice.said:
         assert np.all(np.isfinite(advice.ceiling_mps))
         assert np.all(advice.ceiling_mps >= 0.0)
-        assert set(advice.reason.tolist()) <= reasons
+        assert set(advice.reason.tolist()) <= declared
+        assert advice.cause is None or set(advice.cause.tolist()) <= known
+        assert set(authority.limit_by.tolist()) <= known
+        assert set(authority.ceiling_by.tolist()) <= known
         assert np.all(np.isfinite(authority.limit_m))
         assert np.all(authority.ceiling_mps[state.present] >= 0.0)
         assert_never_beyond_the_train_ahead(scenario, state, authority, honest.separation)

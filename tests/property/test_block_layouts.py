@@ -17,7 +17,7 @@ from railway.control import Separation
 from railway.line import Block, Gradient, Line, Platform, Section, SpeedLimit, Track
 from railway.obstructions import unobstructed
 from railway.scenario import ControllerSpec
-from railway.state import Advice, Events, LineState, Reason
+from railway.state import NO_REASON, NOTHING, Advice, Events, LineState
 from railway.timetable import Call, Service
 from railway.world import World
 from tests.worlds import commuter_train, make_scenario, stations_at, world_of
@@ -125,6 +125,7 @@ def state_of(world: World, time_s: float, front_m: FloatArray, speed_mps: FloatA
         follows=behind,
         clear_to_m=np.where(behind, np.roll(tail_m, 1), far_m),
         granted_m=far_m,
+        granted_by=np.full(size, NOTHING),
         next_call=np.ones(size, dtype=np.intp),
         stop_m=far_m,
         arrival_s=np.zeros(size),
@@ -176,7 +177,7 @@ def run_on(
 ) -> Iterator[LineState]:
     """Yield states; every train behind runs as fast as the drive may."""
     drive, memory = TractionDrive(world), protection.initial()
-    nothing = Advice(np.full(world.size, 1e3), np.full(world.size, Reason.TRACTION, dtype=np.intp))
+    nothing = Advice(np.full(world.size, 1e3), np.full(world.size, NO_REASON, dtype=np.intp))
     train = world.train_types[0]
     for step in range(STEPS):
         time_s = STEP_S * step

@@ -69,6 +69,10 @@ class Remembered:
     def initial(self) -> Plans:
         return self._operation.initial()
 
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        return self._operation.reasons
+
     def advise(self, state: LineState, authority: Authority, memory: Plans) -> tuple[Advice, Plans]:
         advice, plans = self._operation.advise(state, authority, memory)
         if plans is not memory:

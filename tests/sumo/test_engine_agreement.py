@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from controllers.drive import TractionDrive
-from railway.arrays import IntArray
 from railway.control import Command
 from railway.engine import Engine
 from railway.loop import simulate
@@ -44,9 +43,6 @@ class Halts:
         if to_go_m < 0.1 and state.time_s < self._until_s:
             most_mps = 0.0
         return command._replace(speed_mps=np.minimum(command.speed_mps, most_mps))
-
-    def reason(self, command: Command, advice: Advice) -> IntArray:
-        return self._honest.reason(command, advice)
 
 
 @pytest.mark.parametrize("away_m", [0.05, 0.3, 0.6, 1.2])

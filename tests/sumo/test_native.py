@@ -14,7 +14,6 @@ from railway.dwell import DwellDelays, Overstay
 from railway.engine import Observation
 from railway.line import Block, Gradient, SpeedLimit
 from railway.loop import simulate
-from railway.recorder import DWELLING
 from railway.records import RunRecord
 from railway.run_curve import fastest_run
 from railway.scenario import Scenario
@@ -309,7 +308,7 @@ def test_nothing_but_the_peer_binds_the_speed_and_our_rules_judge_nothing(
     opened: Opener, peer: str
 ) -> None:
     record = recorded(opened, merge_scenario(2, block_m=400.0), peer)
-    assert set(record.trajectory.reason) == {DWELLING, int(Reason.PEER)}
+    assert set(record.trajectory.reason) == {int(Reason.DWELLING), int(Reason.PEER)}
     assert record.violations == ()
     assert record.completed.all()
 

@@ -125,14 +125,17 @@ def test_samples_name_the_track_of_the_trains_route_and_what_bound_it() -> None:
 
 
 def test_every_reason_has_its_own_name() -> None:
-    assert (*(reason.name.lower() for reason in Reason), "dwelling") == REASONS
+    words = "traction line_limit train_ahead obstruction_ahead station_stop plan emergency peer"
+    assert (*words.split(), "dwelling") == REASONS
+    assert len(REASONS) == len(Reason)
 
 
 def test_shares_of_the_running_time_leave_dwells_out() -> None:
-    samples = pd.DataFrame({"reason": ["dwelling"] * 5 + ["traction"] * 3 + ["authority"]})
+    reasons = ["dwelling"] * 5 + ["traction"] * 3 + ["plan"]
+    samples = pd.DataFrame({"reason": reasons, "plan": [""] * 8 + ["eco"]})
     shares = reason_shares(samples)
-    assert shares["traction"] == 0.75
-    assert shares["authority"] == 0.25
+    assert shares["traction", ""] == 0.75
+    assert shares["plan", "eco"] == 0.25
     assert shares.sum() == pytest.approx(1.0)
 
 

@@ -16,7 +16,7 @@ from railway.arrays import FloatArray
 from railway.control import Controller, Drive, Operation
 from railway.records import RunRecord
 from railway.scenario import ControllerSpec, Option, Scenario
-from railway.state import Advice, Authority, LineState, Reason
+from railway.state import NO_REASON, Advice, Authority, LineState
 from railway.timetable import Timetable
 from railway.world import World
 from tests.property.runs import Observed, loop_station_scenario, run
@@ -53,6 +53,7 @@ class Watched:
 
     def __init__(self, operation: Operation[Plans]) -> None:
         self._operation = operation
+        self.reasons = operation.reasons
         self.asked: list[Asked] = []
 
     def initial(self) -> Plans:
@@ -63,7 +64,7 @@ class Watched:
         self.asked.append(Asked(state, authority, advice, plans))
         return advice, plans
 
-    def first(self, row: int, reason: Reason) -> Asked | None:
+    def first(self, row: int, reason: int) -> Asked | None:
         """The first time that a train was advised for a reason."""
         return next((asked for asked in self.asked if asked.advice.reason[row] == reason), None)
 
@@ -130,17 +131,17 @@ def test_the_timetable_run_goes_on_until_patience_after_the_booked_departure_is_
     assert before[-1].state.running[FOLLOWER]
     for asked in before:
         assert asked.advice.ceiling_mps[FOLLOWER] == NO_CEILING_MPS
-        assert asked.advice.reason[FOLLOWER] == Reason.TRACTION
+        assert asked.advice.reason[FOLLOWER] == NO_REASON
     after = seen.watched.asked[len(before)]
     assert after.state.time_s == pytest.approx(until_s, abs=STEP_S)
-    assert after.advice.reason[FOLLOWER] == Reason.OPTIMAL_STOP
+    assert after.advice.reason[FOLLOWER] == rules.OPTIMAL_STOP
 
 
 def test_a_leader_that_departs_in_time_leaves_the_follower_alone() -> None:
     scenario = two_trains()
     seen = watch(scenario, 0.0)
     assert seen.record.departure_s[LEADER, EAST] == pytest.approx(booked_s(scenario), abs=STEP_S)
-    assert seen.watched.first(FOLLOWER, Reason.APPROACH) is None
+    assert seen.watched.first(FOLLOWER, rules.APPROACH) is None
     _, baseline = close_up(scenario, 0.0)
     assert np.array_equal(seen.engine.front_m, baseline.front_m)
 
@@ -160,12 +161,12 @@ def last_moment_s(scenario: Scenario, stop_m: float) -> float:
 
 def test_a_train_that_can_no_longer_stop_at_the_optimal_stop_is_not_braked_by_it() -> None:
     scenario = two_trains()
-    probe = watch(scenario, 120.0).watched.first(FOLLOWER, Reason.OPTIMAL_STOP)
+    probe = watch(scenario, 120.0).watched.first(FOLLOWER, rules.OPTIMAL_STOP)
     assert probe is not None
     stop_m = float(probe.plans.stop_m[FOLLOWER])
     late_s = last_moment_s(scenario, stop_m) - booked_s(scenario) + 1.0
     missed = watch(scenario, 120.0, late_s)
-    assert missed.watched.first(FOLLOWER, Reason.OPTIMAL_STOP) is None
+    assert missed.watched.first(FOLLOWER, rules.OPTIMAL_STOP) is None
     _, baseline = close_up(scenario, 120.0)
     steps = int(np.count_nonzero(baseline.time_s <= missed.record.departure_s[LEADER, EAST]))
     fronts_m = missed.engine.front_m[:steps, FOLLOWER]
@@ -175,7 +176,7 @@ def test_a_train_that_can_no_longer_stop_at_the_optimal_stop_is_not_braked_by_it
 
 def test_a_train_that_just_can_stops_at_the_optimal_stop() -> None:
     scenario = two_trains()
-    probe = watch(scenario, 120.0).watched.first(FOLLOWER, Reason.OPTIMAL_STOP)
+    probe = watch(scenario, 120.0).watched.first(FOLLOWER, rules.OPTIMAL_STOP)
     assert probe is not None
     stop_m = float(probe.plans.stop_m[FOLLOWER])
     just_s = last_moment_s(scenario, stop_m) - booked_s(scenario) - 0.5
@@ -219,7 +220,7 @@ def test_plans_are_forgotten_on_arrival() -> None:
 
 def test_the_run_in_begins_when_the_leader_departs_and_ends_at_the_approach_point() -> None:
     seen = watch(two_trains(), 60.0)
-    first = seen.watched.first(FOLLOWER, Reason.APPROACH)
+    first = seen.watched.first(FOLLOWER, rules.APPROACH)
     assert first is not None
     departed_s = float(seen.record.departure_s[LEADER, EAST])
     assert first.state.time_s > departed_s
@@ -228,7 +229,7 @@ def test_the_run_in_begins_when_the_leader_departs_and_ends_at_the_approach_poin
     for asked in seen.watched.asked:
         curve = asked.plans.curves[FOLLOWER]
         if curve is None:
-            assert asked.advice.reason[FOLLOWER] != Reason.APPROACH
+            assert asked.advice.reason[FOLLOWER] != rules.APPROACH
         elif asked.state.front_m[FOLLOWER] >= curve[0, -1]:
             assert asked.advice.ceiling_mps[FOLLOWER] == NO_CEILING_MPS
     before = [a for a in seen.watched.asked if a.state.time_s <= departed_s + 1e-6]
@@ -309,12 +310,12 @@ def test_trains_of_the_same_types_share_one_approach_point(monkeypatch: pytest.M
 
 def test_advice_only_lowers() -> None:
     seen = watch(mixed_trains(), 90.0)
-    nothing = np.full(6, NO_CEILING_MPS), np.full(6, int(Reason.TRACTION))
+    nothing = np.full(6, NO_CEILING_MPS), np.full(6, NO_REASON)
     lowered = 0
     for asked in seen.watched.asked:
         state, authority, advice, _ = asked
         assert np.all((advice.ceiling_mps >= 0.0) & (advice.ceiling_mps <= NO_CEILING_MPS))
-        assert np.array_equal(advice.reason == Reason.TRACTION, advice.ceiling_mps > 999.0)
+        assert np.array_equal(advice.reason == NO_REASON, advice.ceiling_mps > 999.0)
         with_it = seen.drive.command(state, authority, advice).speed_mps
         without = seen.drive.command(state, authority, Advice(*nothing)).speed_mps
         assert np.all(with_it <= without)

@@ -10,7 +10,7 @@ from controllers.drive import TractionDrive
 from controllers.options import OptionError
 from controllers.protection.atd import Atd, AtdOptions
 from railway.arrays import FloatArray
-from railway.state import Advice, Reason
+from railway.state import NO_REASON, Advice
 from railway.world import World
 from tests.states import behind
 from tests.worlds import two_station_scenario, world_of
@@ -51,7 +51,7 @@ def approach(start_mps: float, fails_at_m: float = np.inf, **options: Any) -> Ap
     """Run towards a leader that stands; the service brake may fail from some place on."""
     world = world_with()
     atd, drive = Atd(world, AtdOptions(**options)), TractionDrive(world)
-    nothing = Advice(np.full(2, 1e3), np.full(2, Reason.TRACTION, dtype=np.intp))
+    nothing = Advice(np.full(2, 1e3), np.full(2, NO_REASON, dtype=np.intp))
     memory, front_m, speed_mps = atd.initial(), 700.0, start_mps
     seen = Approach(np.zeros(0), np.zeros(0), [])
     for _ in range(900):

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from controllers.drive import TractionDrive
+from railway.control import Bound
 from railway.obstructions import unobstructed
-from railway.state import Advice, Authority, Events, LineState, Link, Reason
+from railway.state import NOTHING, Advice, Authority, Events, LineState, Link
 from railway.world import World
 from tests.worlds import two_station_scenario, world_of
 
@@ -30,7 +31,7 @@ def drive_once(
     front_m: float = FRONT_M,
     emergency: bool | None = None,
 ) -> tuple[float, int]:
-    """Return acceleration and reason; by radio if it says whether there is an emergency."""
+    """Return acceleration and bound; by radio if it says whether there is an emergency."""
     one = np.ones(1, dtype=np.bool_)
     state = LineState(
         time_s=25_300.0,
@@ -43,65 +44,67 @@ def drive_once(
         follows=~one,
         clear_to_m=np.array([limit_m]),
         granted_m=np.array([limit_m]),
+        granted_by=np.array([NOTHING]),
         next_call=np.array([1]),
         stop_m=np.array([stop_m]),
         arrival_s=np.array([25_200.0]),
         events=Events(),
         wayside=unobstructed(1, world.far_m),
     )
-    authority = Authority(np.array([limit_m]), np.array([ceiling_mps]), np.zeros(1))
+    nothing, train = np.array([NOTHING]), np.array([0])
+    authority = Authority(np.array([limit_m]), np.array([ceiling_mps]), np.zeros(1), train, nothing)
     if emergency is not None:
         link = Link(np.array([emergency]), np.full(1, np.inf), np.array([limit_m]))
         authority = authority._replace(link=link)
-    advice = Advice(np.array([advised_mps]), np.array([Reason.TWO_STAGE]))
+    advice = Advice(np.array([advised_mps]), np.array([0]))
     drive = TractionDrive(world)
     command = drive.command(state, authority, advice)
     asked = (float(command.speed_mps[0]) - speed_mps) / STEP_S
-    return asked, int(drive.reason(command, advice)[0])
+    return asked, int(command.bound[0])
 
 
 def test_with_a_free_way_a_train_uses_its_traction(world: World) -> None:
-    asked, reason = drive_once(world, speed_mps=5.0)
+    asked, bound = drive_once(world, speed_mps=5.0)
     # 400 kN less about 8.5 kN of resistance over 432 t.
     resistance_n = 9.80665 * (
         (1.65 + 0.0247 * 18.0) * 160 + (0.78 + 0.0028 * 18.0) * 240 + 0.0982 * 18.0**2
     )
     assert asked == pytest.approx((400e3 - resistance_n) / 432e3, abs=1e-3)
-    assert reason == Reason.TRACTION
+    assert bound == Bound.TRACTION
 
 
 @pytest.mark.parametrize("advised_mps", [0.0, 10.0, 19.0])
 def test_advice_gets_the_service_brake_at_most(world: World, advised_mps: float) -> None:
-    asked, reason = drive_once(world, speed_mps=20.0, advised_mps=advised_mps)
+    asked, bound = drive_once(world, speed_mps=20.0, advised_mps=advised_mps)
     assert asked == pytest.approx(-SERVICE)
-    assert reason == Reason.TWO_STAGE
+    assert bound == Bound.ADVICE
 
 
 def test_a_ceiling_that_drops_gets_the_service_brake_at_most(world: World) -> None:
-    asked, reason = drive_once(world, speed_mps=20.0, ceiling_mps=5.0)
+    asked, bound = drive_once(world, speed_mps=20.0, ceiling_mps=5.0)
     assert asked == pytest.approx(-SERVICE)
-    assert reason == Reason.LINE_CEILING
+    assert bound == Bound.CEILING
 
 
 def test_a_stop_too_near_gets_the_service_brake_at_most(world: World) -> None:
-    asked, reason = drive_once(world, speed_mps=20.0, stop_m=FRONT_M + 50.0)
+    asked, bound = drive_once(world, speed_mps=20.0, stop_m=FRONT_M + 50.0)
     assert asked == pytest.approx(-SERVICE)
-    assert reason == Reason.STATION_STOP
+    assert bound == Bound.STOP
 
 
 def test_an_authority_that_can_be_kept_gets_the_service_brake(world: World) -> None:
-    asked, reason = drive_once(world, speed_mps=20.0, limit_m=FRONT_M + 200.0)
+    asked, bound = drive_once(world, speed_mps=20.0, limit_m=FRONT_M + 200.0)
     assert asked == pytest.approx(-SERVICE, abs=1e-6)
-    assert reason == Reason.AUTHORITY
+    assert bound == Bound.LIMIT
 
 
 @pytest.mark.parametrize("away_m", [-50.0, 0.0, 100.0])
 def test_an_authority_that_shrinks_too_far_gets_the_emergency_brake(
     world: World, away_m: float
 ) -> None:
-    asked, reason = drive_once(world, speed_mps=20.0, limit_m=FRONT_M + away_m)
+    asked, bound = drive_once(world, speed_mps=20.0, limit_m=FRONT_M + away_m)
     assert asked == pytest.approx(-EMERGENCY)
-    assert reason == Reason.AUTHORITY
+    assert bound == Bound.LIMIT
 
 
 def test_the_brake_is_no_harder_than_the_authority_needs(world: World) -> None:
@@ -117,9 +120,9 @@ def test_the_brake_is_no_harder_than_the_authority_needs(world: World) -> None:
 
 def test_a_standing_train_with_no_authority_stays(world: World) -> None:
     for limit_m in (FRONT_M, FRONT_M - 30.0):
-        asked, reason = drive_once(world, speed_mps=0.0, limit_m=limit_m)
+        asked, bound = drive_once(world, speed_mps=0.0, limit_m=limit_m)
         assert asked == 0.0
-        assert reason == Reason.AUTHORITY
+        assert bound == Bound.LIMIT
 
 
 def test_a_train_never_runs_backwards(world: World) -> None:
@@ -128,9 +131,9 @@ def test_a_train_never_runs_backwards(world: World) -> None:
 
 
 @pytest.mark.parametrize("speed_mps", [20.0, 5.0, 0.4, 0.0])
-@pytest.mark.parametrize("bound", ["nothing", "ceiling", "advice", "stop", "limit"])
+@pytest.mark.parametrize("other", ["nothing", "ceiling", "advice", "stop", "limit"])
 def test_an_emergency_is_the_emergency_brake_to_a_stand_whatever_else_bounds(
-    world: World, speed_mps: float, bound: str
+    world: World, speed_mps: float, other: str
 ) -> None:
     bounds = {
         "nothing": {},
@@ -138,10 +141,10 @@ def test_an_emergency_is_the_emergency_brake_to_a_stand_whatever_else_bounds(
         "advice": {"advised_mps": 0.0},
         "stop": {"stop_m": FRONT_M},
         "limit": {"limit_m": FRONT_M - 50.0},
-    }[bound]
-    asked, reason = drive_once(world, speed_mps=speed_mps, emergency=True, **bounds)
+    }[other]
+    asked, bound = drive_once(world, speed_mps=speed_mps, emergency=True, **bounds)
     assert asked == pytest.approx(-min(EMERGENCY, speed_mps / STEP_S))
-    assert reason == Reason.EMERGENCY
+    assert bound == Bound.EMERGENCY
 
 
 @pytest.mark.parametrize("limit_m", [3000.0, FRONT_M + 200.0, FRONT_M])

@@ -53,7 +53,7 @@ def test_without_slack_a_train_runs_as_fast_as_it_may() -> None:
 
 def test_what_lowers_the_speed_is_said() -> None:
     record, _ = run(scenario_of(140.0), "eco")
-    assert Reason.ECO in record.trajectory.reason
+    assert Reason.PLAN in record.trajectory.reason
 
 
 def test_a_train_that_is_held_up_and_late_follows_as_closely_as_it_may(

@@ -8,7 +8,7 @@ import pytest
 
 from controllers import build
 from controllers.drive import TractionDrive
-from railway.arrays import FloatArray, IntArray
+from railway.arrays import FloatArray
 from railway.control import Command, Controller, Drive, Protection, Separation
 from railway.line import Crossing, Gradient, SpeedLimit
 from railway.obstructions import Cause, Closure, Disruptions
@@ -62,9 +62,6 @@ class AlteredDrive:
             return command
         speed_mps = np.maximum(command.speed_mps + self.extra_mps, 0.0)
         return command._replace(speed_mps=speed_mps)
-
-    def reason(self, command: Command, advice: Advice) -> IntArray:
-        return self.honest.reason(command, advice)
 
 
 def two_trains(**options: Any) -> tuple[Scenario, World, Controller]:  # noqa: ANN401
@@ -210,9 +207,6 @@ class _ToldFurther:
     def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
         further_m = np.full_like(authority.limit_m, 3000.0)
         return self.honest.command(state, authority._replace(limit_m=further_m), advice)
-
-    def reason(self, command: Command, advice: Advice) -> IntArray:
-        return self.honest.reason(command, advice)
 
 
 @dataclass

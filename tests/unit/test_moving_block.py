@@ -13,7 +13,7 @@ from controllers.options import OptionError
 from controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from railway.line import SpeedLimit
 from railway.scenario import ControllerSpec
-from railway.state import Advice, LineState, Reason
+from railway.state import NO_REASON, Advice, LineState
 from railway.world import World
 from tests.property.dense_run import Radio
 from tests.property.runs import random_limits
@@ -30,7 +30,7 @@ PAPER = MovingBlockOptions(
     communication_delay_s=0.5,
 )
 BALISES_M = (450.0, 1010.0, 1240.0)
-NO_ADVICE = Advice(np.full(2, 100.0), np.full(2, Reason.TRACTION, dtype=np.intp))
+NO_ADVICE = Advice(np.full(2, 100.0), np.full(2, NO_REASON, dtype=np.intp))
 QUICK = settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
