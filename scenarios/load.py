@@ -34,7 +34,6 @@ from scenarios.check_settings import (
 from scenarios.check_timetable import (
     TimetableTables,
     calls_by_train,
-    route_of,
     seconds,
     timetable_faults,
 )
@@ -43,6 +42,7 @@ from scenarios.faults import Fault, ScenarioError
 from scenarios.files import Reader, Table
 from scenarios.load_wayside import to_crossings, to_disruptions, to_turnouts
 from scenarios.units import metres
+from scenarios.ways import ends_on_the_way, route_of
 
 MAIN_FILE = "scenario.toml"
 STOCK_FILE = "rolling_stock.toml"
@@ -345,6 +345,7 @@ def _to_timetable(timetable: TimetableTables, line: LineTables) -> Timetable:
                     )
                     for call in calls[service.train]
                 ),
+                leaves_at_last_call=ends_on_the_way(line, calls[service.train]),
             )
             for service in timetable.services
         )

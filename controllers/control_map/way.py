@@ -42,6 +42,8 @@ class Order(NamedTuple):
     """The section that begins at each turnout. shape (n_turnouts,)"""
     strike_in_m: FloatArray
     """Where a front starts the closing of each level crossing. [m], shape (n_crossings,)"""
+    leaves_at_stop: BoolArray
+    """The train leaves the line at its last stop. shape (n_trains,)"""
 
 
 class Obstructions(NamedTuple):
@@ -91,6 +93,7 @@ def order_of(world: World) -> Order:
         same_way,
         np.array([section_at[turnout.position_m] for turnout in line.turnouts], dtype=np.intp),
         np.array([crossing.strike_in_m for crossing in line.crossings]),
+        world.leaves_at_stop,
     )
 
 
@@ -155,16 +158,25 @@ def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
         outside = section > here and ends.front_m <= entry_m + AT_START_M
         if outside and order.at_points[section] and ahead >= 0 and not gone[ahead]:
             raise_wall(limit_m, entry_m, 0, _locked_moments(row, section, grid, rear_m, order))
-        ahead = order.before[row, section]
+        ahead = _still_before(row, section, gone, order)
         if ahead < 0 or gone[ahead]:
             continue
-        if section > here and order.before[row, section - 1] != ahead:
+        if section > here and _still_before(row, section - 1, gone, order) != ahead:
             # Until it joins this way that train is beside it, wherever it is.
             nearest_m = entry_m
         for moment in range(grid.moments):
             if rear_m[ahead, moment] >= order.clear_m[section]:
                 break
             limit_m[moment] = min(limit_m[moment], max(rear_m[ahead, moment], nearest_m))
+
+
+@compiled
+def _still_before(row: int, section: int, gone: BoolArray, order: Order) -> int:
+    """Return the train before on a section, past those that have left the line at a stop."""
+    ahead = order.before[row, section]
+    while ahead >= 0 and gone[ahead] and order.leaves_at_stop[ahead]:
+        ahead = order.before[ahead, section]
+    return ahead
 
 
 @compiled
