@@ -10,7 +10,7 @@ class Observation(NamedTuple):
 
     time_s: float
     front_m: FloatArray
-    """Chainage of each front; before a train enters its origin, after it left the line's end. [m]"""
+    """Chainage of each front: its origin until it enters, the line's end once it left. [m]"""
     speed_mps: FloatArray
     """Speed, 0 for a train not on the line. [m/s], shape (n_trains,)"""
     entered: tuple[int, ...] = ()

@@ -224,13 +224,15 @@ def _platform_faults(line: LineTables) -> list[Fault]:
     for track_id in tracks:
         mine = [row for row in table if row.track == track_id]
         faults += _tiling_faults(stretches, mine, "the platform", gaps=False)
-    return faults + _place_faults(line)
+    return faults or _place_faults(line)
 
 
 def _place_faults(line: LineTables) -> list[Fault]:
     """Return platforms that lie far from their station, or beyond the platform of another one."""
     table = line.platforms
     station_km = {station.id: station.chainage_km for station in line.stations}
+    if list(station_km.values()) != sorted(station_km.values()):
+        return []
     faults = []
     known = [row for row in table if row.station in station_km]
     for row in known:

@@ -47,9 +47,10 @@ def _whole_way(line: LineTables, calls: Sequence[CallRow]) -> list[tuple[int, in
         return []
     called: Mapping[int, int] = dict(place[call.track] for call in calls)
     points = {round(row.position_km, 6) for row in line.turnouts}
-    number, index = place[calls[0].track]
-    way = [(number, index)]
-    for number, tracks in enumerate(sections[number + 1 :], start=number + 1):
+    first, index = place[calls[0].track]
+    way = [(first, index)]
+    for number in range(first + 1, len(sections)):
+        tracks = sections[number]
         parts = round(tracks[0].start_km, 6) in points or index >= len(tracks)
         index = called.get(number, 0 if parts else index)
         way.append((number, index))

@@ -173,7 +173,7 @@ def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
 @compiled
 def _still_before(row: int, section: int, gone: BoolArray, order: Order) -> int:
     """Return the train before on a section, past those that have left the line at a stop."""
-    ahead = order.before[row, section]
+    ahead: int = order.before[row, section]
     while ahead >= 0 and gone[ahead] and order.leaves_at_stop[ahead]:
         ahead = order.before[ahead, section]
     return ahead
