@@ -182,6 +182,11 @@ def _sequence_faults(
         if where.get(after.station, 1e9) <= where.get(before.station, -1e9):
             problem = f"{after.station!r} does not lie after {before.station!r} of row {before.row}"
             faults.append(table.fault(after, "station", problem, "calls in the running direction"))
+        stops = [line.platform_at.get((call.station, call.track)) for call in (before, after)]
+        if stops[0] and stops[1] and stops[1].stop_km <= stops[0].stop_km:
+            problem = f"stops at {stops[1].stop_km:g}, not after the stop of row {before.row}"
+            allowed = f"a platform track whose stop lies after {stops[0].stop_km:g}"
+            faults.append(table.fault(after, "track", problem, allowed))
         if seconds(after.arrival) < seconds(before.departure):
             problem = f"{after.arrival} is earlier than the departure of row {before.row}"
             faults.append(table.fault(after, "arrival", problem, f"from {before.departure}"))

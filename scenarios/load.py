@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from railway.dwell import DwellDelays, Overstay
+from railway.feasibility import assess
 from railway.line import (
     Block,
     Curve,
@@ -22,6 +23,7 @@ from railway.scenario import ControllerSpec, Published, Scenario, Sweep
 from railway.timetable import Call, Service, Timetable
 from scenarios import schema
 from scenarios.check_line import LineTables, line_faults
+from scenarios.check_running import running_faults, running_warnings
 from scenarios.check_settings import (
     controller_faults,
     delay_faults,
@@ -81,12 +83,16 @@ def load(folder: Path) -> Scenario:
     if reader.faults or main is None or stock is None:
         raise ScenarioError(tuple(dict.fromkeys(reader.faults)))
     of_line = to_line(line, folders["line"].resolve().name)
+    train_types, services = to_train_types(stock), _to_timetable(timetable, line)
+    running = assess(of_line, train_types, services)
+    if running.shortfalls:
+        raise ScenarioError(tuple(running_faults(running, STOCK_FILE)))
     return Scenario(
         name=folder.resolve().name,
         title=main.title,
         line=replace(of_line, release_delay_s=main.train_detection.release_delay_s),
-        train_types=to_train_types(stock),
-        timetable=_to_timetable(timetable, line),
+        train_types=train_types,
+        timetable=services,
         dwell_delays=_to_delays(main, quantiles, timetable),
         controllers=_to_controllers(main),
         seed=main.seed,
@@ -97,6 +103,7 @@ def load(folder: Path) -> Scenario:
         published=_to_published(main.published),
         radio=_to_radio(main.radio),
         disruptions=to_disruptions(main, of_line),
+        warnings=running_warnings(running, timetable.calls.file),
     )
 
 
