@@ -30,6 +30,7 @@ from analysis import (
 )
 from provenance import provenance_of
 from railway.faults import Fault
+from railway.feasibility import assess
 from railway.loop import simulate
 from railway.records import RunRecord
 from railway.scenario import ControllerSpec, Scenario
@@ -183,7 +184,15 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
     -------
     RunRecord
         Everything that happened.
+
+    Raises
+    ------
+    StudyError
+        If a train cannot start, climb, hold or stop wherever its service takes it.
     """
+    weak = assess(scenario.line, scenario.train_types, scenario.timetable).shortfalls
+    if weak:
+        raise StudyError("; ".join(f"{item.leg.train_type}: {item}" for item in weak))
     world = world_of(scenario, step_s)
     delays_s = scenario.dwell_delays.draw(scenario.timetable, seed)
     bare = controllers.build(spec, world, scenario.radio)

@@ -102,10 +102,10 @@ def least_shifts_s(world: World, foresight: Foresight, journeys: Sequence[Journe
         booked interval is longer than needed. [s]
     """
     services = world.timetable.services
-    last_on_track: dict[str, int] = {}
+    last_on_track: dict[str, list[int]] = {}
     shifts_s: dict[tuple[int, int], float] = {}
     for row, service in enumerate(services):
-        before = {last_on_track[track] for track in service.route if track in last_on_track}
+        before = {ahead for track in service.route for ahead in last_on_track.get(track, ())}
         needs = _needs(world, foresight, journeys[row])
         for ahead in sorted(before):
             ways = common_ways(world.line, services[ahead], service)
@@ -114,7 +114,10 @@ def least_shifts_s(world: World, foresight: Foresight, journeys: Sequence[Journe
                 for call in range(len(needs))
             ]
             shifts_s[ahead, row] = _least_shift_s(givens, journeys[row], needs)
-        last_on_track.update(dict.fromkeys(service.route, row))
+        for track in service.route:
+            # Behind a train that leaves the line on the way others still meet those before it.
+            kept = last_on_track.get(track, []) if world.leaves_at_stop[row] else []
+            last_on_track[track] = [*kept, row]
     return shifts_s
 
 

@@ -59,8 +59,16 @@ def layers_of(world: World) -> Layers:
     """
     line, services = world.line, world.timetable.services
     tracks = list(line.track_by_id.values())
+    # Who leaves the line in the last section of its route never comes to the points at its end.
+    ways_m = [
+        (
+            line.track_by_id[service.route[0]].start_m,
+            line.track_by_id[service.route[-1]].end_m,
+        )
+        for service in services
+    ]
     passed = [
-        [points.position_m > line.track_by_id[service.route[0]].start_m for service in services]
+        [start_m < points.position_m < end_m for start_m, end_m in ways_m]
         for points in line.turnouts
     ]
     used = [[track.id in service.route for service in services] for track in tracks]

@@ -318,6 +318,8 @@ def _points(world: World) -> Points:
         parallel = max(meeting, key=lambda section: len(section.tracks))
         for track, place in enumerate(parallel.tracks):
             ways[number, [place.id in service.route for service in services]] = track
+        # Who leaves the line before points never takes them.
+        ways[number, world.leaves_at_stop & (world.last_stop_m < turnout.position_m)] = -1
     fouling_m = [(turnout.fouling_start_m, turnout.fouling_end_m) for turnout in line.turnouts]
     return Points(np.array(fouling_m).reshape(-1, 2), ways)
 

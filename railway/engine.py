@@ -10,7 +10,7 @@ class Observation(NamedTuple):
 
     time_s: float
     front_m: FloatArray
-    """Chainage of each front; of a train not on the line its last or first place. (n_trains,)"""
+    """Chainage of each front: its origin until it enters, the line's end once it left. [m]"""
     speed_mps: FloatArray
     """Speed, 0 for a train not on the line. [m/s], shape (n_trains,)"""
     entered: tuple[int, ...] = ()
@@ -20,7 +20,7 @@ class Observation(NamedTuple):
     released: tuple[int, ...] = ()
     """Trains whose booked stop is over."""
     left: tuple[int, ...] = ()
-    """Trains that passed the end of the line."""
+    """Trains that passed the end of the line, or whose service ended at their last stop."""
     collided: tuple[int, ...] = ()
     """Trains that the engine itself saw colliding."""
 
@@ -35,7 +35,8 @@ class Engine(Protocol):
     less within half a metre of the stop position of its next call, and lasts until both the
     booked departure and arrival + minimum dwell + dwell delay have passed. What a train
     does that runs past its stop is not defined. A train leaves when its front passes the
-    end of the line.
+    end of the line; one that ``World.leaves_at_stop`` names leaves when its last stop is over,
+    released and left in the same observation.
     """
 
     def observe(self) -> Observation:

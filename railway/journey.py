@@ -38,7 +38,7 @@ class Journey:
 
     @property
     def leaves_s(self) -> float:
-        """When its front passes the end of the line. [s]"""
+        """When its front passes the end of the line, or its last stop is over. [s]"""
         return float(self.time_s[-1])
 
     @cached_property
@@ -170,12 +170,12 @@ def booked_journey(world: World, profile: Profile, row: int) -> Journey:
 
 
 def _fastest_runs(world: World, profile: Profile, row: int) -> list[RunCurve]:
-    """Return the fastest run to each call, and the one out of the line if it goes on."""
+    """Return the fastest run to each call, and the one out of the line if the train goes on."""
     kind = int(world.type_index[row])
     train_type = world.train_types[kind]
     stops_m = world.stop_m[row, : world.call_count[row]].tolist()
     ways = [way_on(profile, kind, train_type, ends_m) for ends_m in pairwise(stops_m)]
-    if stops_m[-1] < world.line.end_m:
+    if not world.leaves_at_stop[row]:
         speeds_mps = 0.0, train_type.maximum_speed_mps
         ends_m = stops_m[-1], world.line.end_m
         ways.append(way_on(profile, kind, train_type, ends_m, speeds_mps))

@@ -87,6 +87,12 @@ class Leaders:
         """
         self._section[row] = self._last
         self.next_clear_m[row] = np.inf
+        if self._world.leaves_at_stop[row]:
+            # Whoever it was following is not through yet: the trains behind it follow that one.
+            for before in self._predecessor:
+                for section, ahead in enumerate(before):
+                    if ahead == row:
+                        before[section] = self._predecessor[row][section]
         self._follow_all()
 
     def _follow_all(self) -> None:

@@ -161,5 +161,7 @@ def _users(world: World, crossing: Crossing) -> list[int]:
     return [
         row
         for row, service in enumerate(world.timetable.services)
-        if tracks & set(service.route) and service.calls[0].stop_m <= crossing.start_m
+        if tracks & set(service.route)
+        and service.calls[0].stop_m <= crossing.start_m
+        and not (world.leaves_at_stop[row] and service.calls[-1].stop_m <= crossing.start_m)
     ]

@@ -27,7 +27,7 @@ class Service:
     One train.
 
     ``route`` names one track per section, from the section of the first call to the end of
-    the line.
+    the line, or to the section of the last call for a train that leaves the line there.
     """
 
     train: str
@@ -35,6 +35,12 @@ class Service:
     train_type: str
     route: tuple[str, ...]
     calls: tuple[Call, ...]
+    leaves_at_last_call: bool = False
+    """
+    It is taken off the line when its last stop is over, to a siding that is not modelled.
+
+    Otherwise it runs on and leaves at the end of the line.
+    """
 
 
 @dataclass(frozen=True)

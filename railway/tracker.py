@@ -156,7 +156,11 @@ class Tracker:
             self._running[row] = True
             self._next_call[row] += 1
             self._stop_m[row] = self._world.stop_m[row, self._next_call[row]]
-            self._ready.append(row)
+            if row in seen.left:
+                self.departure_s[row, self._next_call[row] - 1] = seen.time_s
+                departed = (*departed, row)
+            else:
+                self._ready.append(row)
         for row in seen.left:
             self._present[row] = self._running[row] = False
             self.completed[row] = True

@@ -95,6 +95,12 @@ class Machine(ABC):
             self.log.append(lifted)
 
 
+def _come_to(world: World, place_m: float) -> BoolArray:
+    """Return the trains that do not leave the line at a stop before a place."""
+    come: BoolArray = ~world.leaves_at_stop | (world.last_stop_m > place_m)
+    return come
+
+
 class PointMachine(Machine):
     """
     Points that lie for one way at a time; the fouling section is locked by detection.
@@ -203,6 +209,7 @@ class LevelCrossing(Machine):
         line, services = world.line, world.timetable.services
         tracks = line.tracks_between(crossing.start_m, crossing.end_m)
         users = np.array([not set(tracks).isdisjoint(service.route) for service in services])
+        users &= _come_to(world, crossing.start_m)
         super().__init__(world, (crossing.start_m, crossing.end_m), tracks, users)
         self._crossing = crossing
         self._trains = world.timetable.trains
@@ -284,6 +291,7 @@ class ClosedStretch(Machine):
     def __init__(self, world: World, closure: Closure) -> None:
         services = world.timetable.services
         users = np.array([not set(closure.tracks).isdisjoint(s.route) for s in services])
+        users &= _come_to(world, closure.start_m)
         at_start = {
             track.id
             for track in world.line.track_by_id.values()

@@ -5,11 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from railway.arrays import FloatArray, IntArray
+from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.line import Line
 from railway.profile import Profile, build_profile
 from railway.rolling_stock import TrainType
-from railway.timetable import Timetable
+from railway.timetable import Service, Timetable
+
+BUFFER_STOP_M = 1.0
+"""A train whose last stop is nearer to the end of the line than this runs on no more. [m]"""
 
 
 @dataclass(frozen=True)
@@ -39,11 +42,19 @@ class World:
     booked_arrival_s: FloatArray
     booked_departure_s: FloatArray
     minimum_dwell_s: FloatArray
+    leaves_at_stop: BoolArray
+    """The train leaves the line when its last stop is over. shape (n_trains,)"""
 
     @property
     def size(self) -> int:
         """Number of trains."""
         return self.type_index.size
+
+    @property
+    def last_stop_m(self) -> FloatArray:
+        """Stop position of each train's last call. [m], shape (n_trains,)"""
+        stops_m: FloatArray = self.stop_m[np.arange(self.size), self.call_count - 1]
+        return stops_m
 
     @property
     def far_m(self) -> float:
@@ -73,6 +84,26 @@ class World:
         """
         values = np.array([getattr(kind, name) for kind in self.train_types], dtype=np.float64)
         return values[self.type_index]
+
+
+def leaves_at_stop(line: Line, service: Service) -> bool:
+    """
+    Return whether a train leaves the line when its last stop is over, and runs on no more.
+
+    Parameters
+    ----------
+    line
+        The line.
+    service
+        The train.
+
+    Returns
+    -------
+    bool
+        It is taken off there, or stands at the buffer stop.
+    """
+    to_end_m = line.end_m - service.calls[-1].stop_m
+    return service.leaves_at_last_call or to_end_m < BUFFER_STOP_M
 
 
 def build_world(
@@ -133,4 +164,5 @@ def build_world(
         booked_arrival_s=arrival_s,
         booked_departure_s=departure_s,
         minimum_dwell_s=dwell_s,
+        leaves_at_stop=np.array([leaves_at_stop(line, service) for service in services]),
     )

@@ -24,6 +24,8 @@ from scenarios.schema import (
 )
 
 TOLERANCE_KM = 1e-7
+FAR_KM = 0.5
+"""A platform further than this from the chainage of its station is another station's. [km]"""
 
 
 @dataclass(frozen=True)
@@ -222,6 +224,31 @@ def _platform_faults(line: LineTables) -> list[Fault]:
     for track_id in tracks:
         mine = [row for row in table if row.track == track_id]
         faults += _tiling_faults(stretches, mine, "the platform", gaps=False)
+    return faults or _place_faults(line)
+
+
+def _place_faults(line: LineTables) -> list[Fault]:
+    """Return platforms that lie far from their station, or beyond the platform of another one."""
+    table = line.platforms
+    station_km = {station.id: station.chainage_km for station in line.stations}
+    if list(station_km.values()) != sorted(station_km.values()):
+        return []
+    faults = []
+    known = [row for row in table if row.station in station_km]
+    for row in known:
+        chainage_km = station_km[row.station]
+        away_km = max(row.start_km - chainage_km, chainage_km - row.end_km)
+        if away_km > FAR_KM:
+            problem = f"the platform lies {away_km:.3g} km from its station {row.station!r}"
+            allowed = f"a platform within {FAR_KM:g} km of {chainage_km:g}, that station's chainage"
+            faults.append(table.fault(row, "station", problem, allowed))
+    along = sorted(known, key=lambda row: (row.track, row.stop_km))
+    for before, after in pairwise(along):
+        there_km, here_km = station_km[before.station], station_km[after.station]
+        if before.track == after.track and here_km < there_km:
+            problem = f"{after.station!r} comes before {before.station!r} of row {before.row}"
+            allowed = "platforms in the order of their stations on every track"
+            faults.append(table.fault(after, "station", f"station {problem}", allowed))
     return faults
 
 

@@ -1,6 +1,6 @@
 """Cross-checks of the timetable against line and fleet."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -15,6 +15,7 @@ from scenarios.schema import (
     ServiceRow,
     TrainEntry,
 )
+from scenarios.ways import ends_on_the_way, route_of
 
 
 @dataclass(frozen=True)
@@ -181,6 +182,11 @@ def _sequence_faults(
         if where.get(after.station, 1e9) <= where.get(before.station, -1e9):
             problem = f"{after.station!r} does not lie after {before.station!r} of row {before.row}"
             faults.append(table.fault(after, "station", problem, "calls in the running direction"))
+        stops = [line.platform_at.get((call.station, call.track)) for call in (before, after)]
+        if stops[0] and stops[1] and stops[1].stop_km <= stops[0].stop_km:
+            problem = f"stops at {stops[1].stop_km:g}, not after the stop of row {before.row}"
+            allowed = f"a platform track whose stop lies after {stops[0].stop_km:g}"
+            faults.append(table.fault(after, "track", problem, allowed))
         if seconds(after.arrival) < seconds(before.departure):
             problem = f"{after.arrival} is earlier than the departure of row {before.row}"
             faults.append(table.fault(after, "arrival", problem, f"from {before.departure}"))
@@ -234,7 +240,28 @@ def _points_faults(
             problem = f"train {first.train!r} starts in the fouling section of {points.id!r}"
             ends = f"up to {points.fouling_start_km:g} or from {points.fouling_end_km:g}"
             faults.append(timetable.calls.fault(first, "track", problem, f"a place {ends}"))
-    return faults
+    return faults + _end_faults(timetable, line, calls)
+
+
+def _end_faults(
+    timetable: TimetableTables, line: LineTables, calls: Sequence[CallRow]
+) -> list[Fault]:
+    """Return what is wrong if a train leaves the line before points, but not clear of them."""
+    last = calls[-1]
+    platform = line.platform_at.get((last.station, last.track))
+    track = next((row for row in line.tracks if row.id == last.track), None)
+    if platform is None or track is None or not ends_on_the_way(line, calls):
+        return []
+    return [
+        timetable.calls.fault(
+            last,
+            "track",
+            f"train {last.train!r} ends in the fouling section of {points.id!r}",
+            f"a place up to {points.fouling_start_km:g}",
+        )
+        for points in line.turnouts
+        if same(points.position_km, track.end_km) and platform.stop_km > points.fouling_start_km
+    ]
 
 
 def _start_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
@@ -259,37 +286,6 @@ def _start_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
 
 def _overhang_m(platform: PlatformRow, kind: TrainEntry) -> float:
     return kind.length_m - 1000.0 * (platform.stop_km - platform.start_km)
-
-
-def route_of(line: LineTables, calls: Sequence[CallRow]) -> list[tuple[int, int]]:
-    """
-    Return the way of a train.
-
-    Parameters
-    ----------
-    line
-        The files of the line.
-    calls
-        Calls of the train, in order.
-
-    Returns
-    -------
-    list[tuple[int, int]]
-        Section and place of the track within it, from the first call to the end of the
-        line; the first track where the train does not call. Empty as long as a track of
-        the calls is unknown.
-    """
-    sections = line.sections
-    place = {
-        track.id: (number, index)
-        for number, tracks in enumerate(sections)
-        for index, track in enumerate(tracks)
-    }
-    if not calls or any(call.track not in place for call in calls):
-        return []
-    called: Mapping[int, int] = dict(place[call.track] for call in calls)
-    first = place[calls[0].track][0]
-    return [(number, called.get(number, 0)) for number in range(first, len(sections))]
 
 
 def _route_faults(
@@ -330,7 +326,11 @@ def _order_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
             if here is None or section is None or not routes[train]:
                 continue
             route = routes[train]
-            places = {"platform": here.track, "departure": route.get(section + 1, "end")}
+            places: dict[str, object] = {"platform": here.track}
+            if section + 1 in route:
+                places["departure"] = route[section + 1]
+            elif section + 1 == len(line.sections):
+                places["departure"] = here.track
             if section - 1 in route:
                 places["arrival"] = route[section - 1]
             for kind, place in places.items():

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from railway.dwell import DwellDelays, Overstay
+from railway.feasibility import assess
 from railway.line import (
     Block,
     Curve,
@@ -22,6 +23,7 @@ from railway.scenario import ControllerSpec, Published, Scenario, Sweep
 from railway.timetable import Call, Service, Timetable
 from scenarios import schema
 from scenarios.check_line import LineTables, line_faults
+from scenarios.check_running import running_faults, running_warnings
 from scenarios.check_settings import (
     controller_faults,
     delay_faults,
@@ -34,7 +36,6 @@ from scenarios.check_settings import (
 from scenarios.check_timetable import (
     TimetableTables,
     calls_by_train,
-    route_of,
     seconds,
     timetable_faults,
 )
@@ -43,6 +44,7 @@ from scenarios.faults import Fault, ScenarioError
 from scenarios.files import Reader, Table
 from scenarios.load_wayside import to_crossings, to_disruptions, to_turnouts
 from scenarios.units import metres
+from scenarios.ways import ends_on_the_way, route_of
 
 MAIN_FILE = "scenario.toml"
 STOCK_FILE = "rolling_stock.toml"
@@ -81,12 +83,16 @@ def load(folder: Path) -> Scenario:
     if reader.faults or main is None or stock is None:
         raise ScenarioError(tuple(dict.fromkeys(reader.faults)))
     of_line = to_line(line, folders["line"].resolve().name)
+    train_types, services = to_train_types(stock), _to_timetable(timetable, line)
+    running = assess(of_line, train_types, services)
+    if running.shortfalls:
+        raise ScenarioError(tuple(running_faults(running, STOCK_FILE)))
     return Scenario(
         name=folder.resolve().name,
         title=main.title,
         line=replace(of_line, release_delay_s=main.train_detection.release_delay_s),
-        train_types=to_train_types(stock),
-        timetable=_to_timetable(timetable, line),
+        train_types=train_types,
+        timetable=services,
         dwell_delays=_to_delays(main, quantiles, timetable),
         controllers=_to_controllers(main),
         seed=main.seed,
@@ -97,6 +103,7 @@ def load(folder: Path) -> Scenario:
         published=_to_published(main.published),
         radio=_to_radio(main.radio),
         disruptions=to_disruptions(main, of_line),
+        warnings=running_warnings(running, timetable.calls.file),
     )
 
 
@@ -345,6 +352,7 @@ def _to_timetable(timetable: TimetableTables, line: LineTables) -> Timetable:
                     )
                     for call in calls[service.train]
                 ),
+                leaves_at_last_call=ends_on_the_way(line, calls[service.train]),
             )
             for service in timetable.services
         )

@@ -51,6 +51,7 @@ class NativeEngine:
         self._step_s = world.step_s
         self._end_m = world.line.end_m
         self._call_count = world.call_count
+        self._leaves_at_stop = frozenset(np.flatnonzero(world.leaves_at_stop).tolist())
         self._vehicles = [names.vehicle(train) for train in world.timetable.trains]
         self._row_of = {vehicle: row for row, vehicle in enumerate(self._vehicles)}
         self._origin_m = world.stop_m[:, 0].copy()
@@ -90,7 +91,10 @@ class NativeEngine:
             The present moment; its arrays are not written to afterwards.
         """
         now = self._now
-        events = (now.entered, now.stopped, self._next.started, now.left, now.collided)
+        # SUMO takes off who ends at a stop in the step in which the stop ends.
+        ended = self._next.left & self._leaves_at_stop
+        left = (now.left - self._leaves_at_stop) | ended
+        events = (now.entered, now.stopped, self._next.started, left, now.collided)
         time_s = (self._begin_ms + self._steps * self._step_ms) / 1000.0
         return Observation(
             time_s, now.front_m, now.speed_mps, *(tuple(sorted(rows)) for rows in events)

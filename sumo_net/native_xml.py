@@ -160,9 +160,9 @@ def precedences(line: Line, timetable: Timetable) -> Iterator[Precedence]:
         ahead: dict[str, tuple[str, str]] = {}
         for service in timetable.services:
             here = next((track for track in service.route if track in joined), None)
-            if here is None:
+            there = next((track for track in service.route if track in onwards), None)
+            if here is None or there is None:
                 continue
-            there = next(track for track in service.route if track in onwards)
             other = ahead.get(there)
             if other and other[0] != here:
                 yield Precedence(

@@ -12,6 +12,7 @@ from railway.arrays import FloatArray
 from railway.line import Line
 from railway.rolling_stock import TrainType
 from railway.timetable import Service, Timetable
+from railway.world import leaves_at_stop
 from sumo_net import names
 from sumo_net.drawing import centre_line, track_points
 
@@ -19,6 +20,8 @@ STOP_TOLERANCE_M = 0.5
 """A front this far before or beyond the aimed stop position starts the stop. [m]"""
 EDGE_SPEED_MPS = 150.0
 """Speed limit of an edge without one. [m/s]"""
+BEYOND_STOP_M = 1.0
+"""Track that SUMO is given beyond a stop at the end of a track. [m]"""
 SIGNAL_BEYOND_STOP_M = 1.0
 """Least distance from a stop position to the signal that it waits at. [m]"""
 SHORTEST_EDGE_M = 1.0
@@ -61,10 +64,12 @@ def cut_tracks(line: Line) -> Mapping[str, tuple[Edge, ...]]:
         Edges by track, in running direction.
     """
     edges: dict[str, tuple[Edge, ...]] = {}
+    joints_m = joints(line)
     for section, stretch in enumerate(line.sections):
+        ends_m = joints_m[section], joints_m[section + 1]
         for index, track in enumerate(stretch.tracks):
-            signals_m = _signals_m(line, track.id, section)
-            cuts = _with_limits(line, [stretch.start_m, *signals_m, stretch.end_m])
+            signals_m = _signals_m(line, track.id, ends_m)
+            cuts = _with_limits(line, [ends_m[0], *signals_m, ends_m[1]])
             inner = [
                 (names.signal_node if cut_m in signals_m else names.limit_node)(track.id, count)
                 for count, cut_m in enumerate(cuts[1:-1], start=1)
@@ -87,8 +92,34 @@ def cut_tracks(line: Line) -> Mapping[str, tuple[Edge, ...]]:
     return edges
 
 
-def _signals_m(line: Line, track: str, section: int) -> list[float]:
-    stretch = line.sections[section]
+def joints(line: Line) -> list[float]:
+    """
+    Return where SUMO's sections begin and end: past stops that lie at the end of a track.
+
+    A front may stand half a metre beyond the aimed position, and SUMO begins the stop only on
+    the edge that holds it.
+
+    Parameters
+    ----------
+    line
+        The line.
+
+    Returns
+    -------
+    list[float]
+        Start of each section, then the end of the last one. [m]
+    """
+    joints_m = [line.start_m]
+    for section in line.sections:
+        tracks = {track.id for track in section.tracks}
+        stops_m = [place.stop_m for place in line.platforms if place.track in tracks]
+        near_m = [stop_m for stop_m in stops_m if stop_m + STOP_TOLERANCE_M > section.end_m]
+        past_m = max(near_m, default=-np.inf) + BEYOND_STOP_M
+        joints_m.append(max(section.end_m, past_m))
+    return joints_m
+
+
+def _signals_m(line: Line, track: str, ends_m: tuple[float, float]) -> list[float]:
     stops_m = [platform.stop_m for platform in line.platforms if platform.track == track]
     signals_m: set[float] = set()
     for block in line.blocks:
@@ -97,8 +128,8 @@ def _signals_m(line: Line, track: str, section: int) -> list[float]:
                 # A front within the tolerance of its stop must not be past the signal.
                 at_stop = [s for s in stops_m if abs(end_m - s) < SIGNAL_BEYOND_STOP_M]
                 signals_m.add(at_stop[0] + SIGNAL_BEYOND_STOP_M if at_stop else end_m)
-    first_m = stretch.start_m + SIGNAL_BEYOND_STOP_M
-    last_m = stretch.end_m - SIGNAL_BEYOND_STOP_M
+    first_m = ends_m[0] + SIGNAL_BEYOND_STOP_M
+    last_m = ends_m[1] - SIGNAL_BEYOND_STOP_M
     return sorted(signal for signal in signals_m if first_m < signal < last_m)
 
 
@@ -135,8 +166,7 @@ def nodes_xml(line: Line) -> str:
     drawn = centre_line(line)
     root = ET.Element("nodes")
     signalled = _signalled_boundaries(line)
-    last_m = line.end_m
-    bounds_m = np.array([*(section.start_m for section in line.sections), last_m])
+    bounds_m = np.array(joints(line))
     x_m, y_m = drawn.at(bounds_m)
     for index, place in enumerate(np.column_stack([x_m, y_m, line.height_m(bounds_m)])):
         _add_node(root, names.section_node(index), place, signal=index in signalled)
@@ -353,8 +383,16 @@ def routes_xml(
         first = service.calls[0]
         origin = edge_of_stop(edges, first.track, first.stop_m)
         train = ET.SubElement(root, "vehicle", _train_attributes(service, origin, step_s))
+        route = _route(edges, service, origin)
+        if leaves_at_stop(line, service):
+            last = edge_of_stop(edges, service.calls[-1].track, service.calls[-1].stop_m)
+            route = route[: route.index(last) + 1]
+            arrival_m = service.calls[-1].stop_m - STOP_TOLERANCE_M
+            train.set("arrivalPos", f"{arrival_m - last.start_m:.3f}")
+        elif route[-1].end_m > line.end_m:
+            train.set("arrivalPos", f"{line.end_m - route[-1].start_m:.3f}")
         train.attrib.update(driver.train_attributes)
-        ET.SubElement(train, "route", edges=_route(edges, service, origin))
+        ET.SubElement(train, "route", edges=" ".join(edge.id for edge in route))
         dwells_s = [
             call.minimum_dwell_s + delay_s
             for call, delay_s in zip(service.calls, dwell_delay_s[row].tolist(), strict=False)
@@ -374,9 +412,9 @@ def routes_xml(
     return _text(root)
 
 
-def _route(edges: Mapping[str, tuple[Edge, ...]], service: Service, origin: Edge) -> str:
+def _route(edges: Mapping[str, tuple[Edge, ...]], service: Service, origin: Edge) -> list[Edge]:
     route = [edge for track in service.route for edge in edges[track]]
-    return " ".join(edge.id for edge in route[route.index(origin) :])
+    return route[route.index(origin) :]
 
 
 def _type_attributes(kind: TrainType) -> dict[str, str]:

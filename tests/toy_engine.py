@@ -41,11 +41,7 @@ class ToyEngine:
     def observe(self) -> Observation:
         now_s = self._begin_s + self._steps * self._step_s
         left = tuple(row for row in sorted(self._running) if self._past_end(row))
-        for row in left:
-            self._front_m[row] = self._world.line.end_m
-            self._speed_mps[row] = 0.0
-            self._running.discard(row)
-            self._present.discard(row)
+        self._take_off(left)
         entered = tuple(sorted(row for row in self._waiting if self._may_enter(row, now_s)))
         for row in entered:
             self._waiting.remove(row)
@@ -54,6 +50,8 @@ class ToyEngine:
             del self._release_s[row]
             self._call[row] += 1
             self._running.add(row)
+        ended = tuple(row for row in released if self._is_through(row))
+        self._take_off(ended)
         stopped = tuple(row for row in sorted(self._running) if self._at_stop(row))
         for row in stopped:
             call = self._call[row]
@@ -62,6 +60,7 @@ class ToyEngine:
             self._speed_mps[row] = 0.0
             self._running.discard(row)
         front_m, speed_mps = self._front_m.copy(), self._speed_mps.copy()
+        left = tuple(sorted((*left, *ended)))
         return Observation(now_s, front_m, speed_mps, entered, stopped, released, left, ())
 
     def apply(self, speed_mps: FloatArray) -> None:
@@ -75,7 +74,19 @@ class ToyEngine:
         self._steps += 1
 
     def _past_end(self, row: int) -> bool:
-        return bool(self._front_m[row] >= self._world.line.end_m)
+        runs_out = not self._world.leaves_at_stop[row]
+        return runs_out and bool(self._front_m[row] >= self._world.line.end_m)
+
+    def _is_through(self, row: int) -> bool:
+        last = self._call[row] == self._world.call_count[row]
+        return bool(last and self._world.leaves_at_stop[row])
+
+    def _take_off(self, rows: tuple[int, ...]) -> None:
+        for row in rows:
+            self._front_m[row] = self._world.line.end_m
+            self._speed_mps[row] = 0.0
+            self._running.discard(row)
+            self._present.discard(row)
 
     def _at_stop(self, row: int) -> bool:
         off_m = abs(self._front_m[row] - self._world.stop_m[row, self._call[row]])

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controllers.drive import traction_table
-from railway.arrays import FloatArray, IntArray
+from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
 from railway.kinematics import next_speed_mps
 from railway.profile import at, braking_loss_mps
@@ -58,6 +58,8 @@ class Trains(NamedTuple):
     booked_arrival_s: FloatArray
     booked_departure_s: FloatArray
     minimum_dwell_s: FloatArray
+    leaves_at_stop: BoolArray
+    """The train leaves the line at its last stop: nobody counts on that before it has."""
 
 
 class Pace(NamedTuple):
@@ -109,6 +111,7 @@ def trains_of(world: World, pace: Pace) -> Trains:
         world.booked_arrival_s,
         world.booked_departure_s,
         world.minimum_dwell_s,
+        world.leaves_at_stop,
     )
 
 
@@ -205,7 +208,8 @@ def run(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     for moment in range(1, front_m.size):
         time_s = now_s + step_s * moment
         if leaves_s < np.inf:
-            if time_s - step_s >= leaves_s - 1e-6:
+            stays = call + 1 == count and trains.leaves_at_stop[row]
+            if time_s - step_s >= leaves_s - 1e-6 and not stays:
                 leaves_s = np.inf
                 call += 1
                 stop_square = at(trains.square, min(trains.stop_m[row, call], far_m) + start)

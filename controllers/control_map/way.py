@@ -43,6 +43,8 @@ class Order(NamedTuple):
     """The section that begins at each turnout. shape (n_turnouts,)"""
     strike_in_m: FloatArray
     """Where a front starts the closing of each level crossing. [m], shape (n_crossings,)"""
+    leaves_at_stop: BoolArray
+    """The train leaves the line at its last stop. shape (n_trains,)"""
 
 
 class Obstructions(NamedTuple):
@@ -92,6 +94,7 @@ def order_of(world: World) -> Order:
         same_way,
         np.array([section_at[turnout.position_m] for turnout in line.turnouts], dtype=np.intp),
         np.array([crossing.strike_in_m for crossing in line.crossings]),
+        world.leaves_at_stop,
     )
 
 
@@ -169,10 +172,10 @@ def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
             # A train that goes the same way is in the way itself, before its points are.
             by = ahead if order.same_way[row, section] else _points_at(order, section)
             raise_wall(limits, by, entry_m, 0, locked)
-        ahead = order.before[row, section]
+        ahead = _still_before(row, section, gone, order)
         if ahead < 0 or gone[ahead]:
             continue
-        if section > here and order.before[row, section - 1] != ahead:
+        if section > here and _still_before(row, section - 1, gone, order) != ahead:
             # Until it joins this way that train is beside it, wherever it is.
             nearest_m, joins = entry_m, section
         for moment in range(grid.moments):
@@ -192,6 +195,15 @@ def _points_at(order: Order, section: int) -> int:
         if order.points[turnout] == section:
             return NOTHING - 1 - turnout
     return NOTHING
+
+
+@compiled
+def _still_before(row: int, section: int, gone: BoolArray, order: Order) -> int:
+    """Return the train before on a section, past those that have left the line at a stop."""
+    ahead: int = order.before[row, section]
+    while ahead >= 0 and gone[ahead] and order.leaves_at_stop[ahead]:
+        ahead = order.before[ahead, section]
+    return ahead
 
 
 @compiled

@@ -15,7 +15,9 @@ from railway.arrays import FloatArray
 from railway.control import Controller, Operation, Protection, Separation
 from railway.scenario import ControllerSpec, Option, Scenario
 from railway.state import NO_REASON, Advice, Authority, LineState
+from railway.timetable import Timetable
 from railway.world import World
+from tests.ends_of_ways import short_turn_scenario
 from tests.property.runs import loop_station_scenario, run
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 
@@ -184,6 +186,42 @@ def assert_never_beyond_the_train_ahead(
                 # Who stands further on already stays there.
                 most_m = max(rear_m[other], place.start_m, state.front_m[row])
                 assert authority.limit_m[row] <= most_m + 1e-9
+
+
+def short_turn_in_a_loop() -> Scenario:
+    """Return a loop station where every second train ends on the track of its own."""
+    scenario = loop_station_scenario(4, 70.0, block_m=250.0)
+    services = [
+        replace(s, route=s.route[:2], calls=s.calls[:2], leaves_at_last_call=True)
+        if s.route[1] == "south"
+        else s
+        for s in scenario.timetable.services
+    ]
+    return replace(scenario, timetable=Timetable(tuple(services)))
+
+
+@pytest.mark.parametrize(
+    "make", [lambda: short_turn_scenario(4, 70.0, block_m=250.0), short_turn_in_a_loop]
+)
+@pytest.mark.parametrize(
+    ("protection", "operation"),
+    [*product(VARIANTS, ["close_up"]), *product(["moving_block"], OPERATIONS)],
+)
+def test_nobody_is_in_the_way_of_a_train_that_ends_on_the_way_or_it_in_theirs(
+    protection: str,
+    operation: str,
+    make: Any,  # noqa: ANN401
+) -> None:
+    scenario = make()
+    world = world_of(scenario)
+    honest = controller_of(world, protection, operation)
+    twice = Twice(honest)
+    controller = replace(honest, protection=twice, operation=twice)
+    record, _ = run(scenario, controller=controller, delay_s=overstays(scenario, 70.0, 40.0))
+    assert record.violations == ()
+    assert record.completed.all()
+    for state, authority, _ in twice.said:
+        assert_never_beyond_the_train_ahead(scenario, state, authority, honest.separation)
 
 
 @every_pair

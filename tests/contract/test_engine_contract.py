@@ -15,6 +15,7 @@ from railway.scenario import Scenario
 from railway.world import World
 from sumo_net.build import build
 from sumo_net.engine import SumoEngine
+from tests.ends_of_ways import joint_scenario, short_turn_scenario
 from tests.toy_engine import ToyEngine
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 
@@ -212,6 +213,46 @@ def test_train_leaves_when_its_front_passes_the_end(open_engine: Opener) -> None
     assert (seen[-1].front_m[0], seen[-1].speed_mps[0]) == (1800.0, 0.0)
 
 
+def test_a_train_whose_service_ends_on_the_way_leaves_when_its_last_stop_is_over(
+    open_engine: Opener,
+) -> None:
+    seen = driven(open_engine, short_turn_scenario(3), READY_S + 560.0)
+    assert times(seen, "left", 1) == times(seen, "released", 1)[1:] == [READY_S + 90.0 + 150.0]
+    assert seen[-1].front_m[1] == 4000.0
+    assert times(seen, "left", 0)[0] > times(seen, "released", 0)[2]
+    assert [len(times(seen, "left", train)) for train in range(3)] == [1, 1, 1]
+
+
+@pytest.mark.parametrize("step_s", [0.1, 0.5])
+@pytest.mark.parametrize("beyond_m", [0.0, 0.3, 0.99, 1.0, 2.0, 5.0])
+def test_a_train_may_stop_where_its_track_ends(
+    open_engine: Opener, beyond_m: float, step_s: float
+) -> None:
+    seen = driven(open_engine, joint_scenario(beyond_m, step_s=step_s), READY_S + 290.0)
+    arrived_s = times(seen, "stopped", 0)
+    # 1 km from a stand to a stand: 22.2 s up to 20 m/s, 20 s down, and 577.8 m at 20 m/s.
+    assert np.array(arrived_s[1:]) - [READY_S + 30.0, READY_S + 150.0] == pytest.approx(
+        22.2 + 28.9 + 20.0, abs=2.0 * step_s + 0.1
+    )
+    (left_s,) = times(seen, "left", 0)
+    if beyond_m < 1.0:
+        assert left_s == READY_S + 270.0
+    else:
+        # What is left of the line, at 0.9 m/s2.
+        run_s = np.sqrt(2.0 * beyond_m / 0.9)
+        assert left_s == pytest.approx(READY_S + 270.0 + run_s, abs=1.0)
+
+
+@pytest.mark.parametrize("beyond_m", [0.0, 0.4])
+def test_a_train_that_does_not_call_at_the_buffer_stop_leaves_there(
+    open_engine: Opener, beyond_m: float
+) -> None:
+    seen = driven(open_engine, joint_scenario(beyond_m, through=True), READY_S + 230.0)
+    (left_s,) = times(seen, "left", 0)
+    before = next(now for now in seen if now.time_s == left_s - 0.5)
+    assert before.front_m[0] < 2200.0 + beyond_m <= before.front_m[0] + 0.5 * CRUISE_MPS
+
+
 def test_trains_of_two_platform_tracks_merge(open_engine: Opener) -> None:
     seen = driven(open_engine, merge_scenario(2, headway_s=90.0), READY_S + 320.0)
     first, second = (times(seen, "stopped", train) for train in (0, 1))
@@ -258,6 +299,20 @@ def test_sumo_and_the_toy_agree(open_sumo: Opener, block_m: float | None) -> Non
     ):
         assert ours.front_m == pytest.approx(theirs.front_m, abs=1e-6)
         assert ours.speed_mps == pytest.approx(theirs.speed_mps, abs=1e-9)
+        assert (ours.time_s, *ours[3:]) == (theirs.time_s, *theirs[3:])
+
+
+@pytest.mark.parametrize("block_m", [None, 200.0])
+def test_sumo_and_the_toy_agree_on_trains_that_end_on_the_way(
+    open_sumo: Opener, block_m: float | None
+) -> None:
+    delays = DwellDelays(overstays=(Overstay("T2", "mid", 33.0),))
+    scenario = short_turn_scenario(4, block_m=block_m, delays=delays)
+    until_s = READY_S + 700.0
+    for ours, theirs in zip(
+        driven(open_toy, scenario, until_s), driven(open_sumo, scenario, until_s), strict=True
+    ):
+        assert ours.front_m == pytest.approx(theirs.front_m, abs=1e-6)
         assert (ours.time_s, *ours[3:]) == (theirs.time_s, *theirs[3:])
 
 

@@ -21,6 +21,7 @@ from railway.state import Reason
 from sumo_net.build import build_native, sumo_binary
 from sumo_net.native import NativeEngine, PeerError
 from sumo_net.native_xml import STANDING_GAP_M
+from tests.ends_of_ways import joint_scenario, short_turn_scenario
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 
 READY_S = 25_200.0
@@ -320,6 +321,29 @@ def test_train_that_never_gets_through_is_a_violation(opened: Opener, peer: str)
     record = recorded(opened, replace(scenario, patience_s=10.0), peer)
     assert {violation.kind for violation in record.violations} == {"stalled"}
     assert {violation.row for violation in record.violations} == {0, 1}
+
+
+@BOTH
+def test_a_peers_train_leaves_where_its_service_ends(opened: Opener, peer: str) -> None:
+    record = recorded(opened, short_turn_scenario(4, block_m=400.0), peer)
+    assert record.completed.all()
+    assert record.violations == ()
+    booked_s = record.world.booked_departure_s[[1, 3], 1]
+    assert record.departure_s[[1, 3], 1] == pytest.approx(booked_s, abs=1.0)
+    assert record.energy.distance_m[[1, 3]] == pytest.approx(1200.0, abs=6.0)
+    assert record.energy.distance_m[[0, 2]] == pytest.approx(3700.0, abs=20.0)
+
+
+@BOTH
+def test_a_peers_train_stops_at_the_buffer_stop(opened: Opener, peer: str) -> None:
+    scenario = joint_scenario(0.0)
+    blocks = tuple(
+        Block(track.id, track.id, track.start_m, track.end_m)
+        for track in scenario.line.track_by_id.values()
+    )
+    record = recorded(opened, replace(scenario, line=replace(scenario.line, blocks=blocks)), peer)
+    assert record.completed.all()
+    assert np.isfinite(record.arrival_s).all()
 
 
 def test_window_is_driven_through_the_same_interface(

@@ -6,6 +6,7 @@ import pytest
 from railway.arrays import FloatArray
 from railway.leaders import Leaders
 from railway.world import World
+from tests.ends_of_ways import short_turn_scenario
 from tests.property.runs import loop_station_scenario, run
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 
@@ -48,6 +49,14 @@ def test_a_train_that_left_the_line_is_in_nobodys_way() -> None:
     assert leaders.leader.tolist() == [-1, -1]
     assert clearance_m(leaders, [2000.0, 300.0])[1] == world.far_m
     assert leaders.next_clear_m[0] == np.inf
+
+
+def test_behind_a_train_that_ends_on_the_way_follows_the_one_before_it() -> None:
+    leaders = Leaders(world_of(short_turn_scenario(3)))
+    assert leaders.leader.tolist() == [-1, 0, 1]
+    leaders.leave(1)
+    assert leaders.leader.tolist() == [-1, 0, 0]
+    assert clearance_m(leaders, [2600.0, 4000.0, 300.0])[2] == 2600.0 - LENGTH_M
 
 
 def test_a_leader_that_diverges_is_followed_until_its_tail_is_clear_of_the_points() -> None:

@@ -1,0 +1,53 @@
+"""Whether the trains of a scenario can run at all: asked of physics when its files agree."""
+
+from railway.feasibility import Assessment, Lack, Shortfall
+from scenarios.faults import Fault
+
+
+def running_faults(found: Assessment, stock_file: str) -> list[Fault]:
+    """
+    Return what trains are too weak for.
+
+    Parameters
+    ----------
+    found
+        What physics says.
+    stock_file
+        Name of the file of the train types.
+
+    Returns
+    -------
+    list[Fault]
+        At most one for starting and for each brake of a train type, one per leg for climbing.
+    """
+    return [_fault(shortfall, stock_file) for shortfall in found.shortfalls]
+
+
+def _fault(shortfall: Shortfall, stock_file: str) -> Fault:
+    if shortfall.lack is Lack.STARTING:
+        key, allowed = "traction.starting_force_kn", f"above {shortfall.needed / 1000.0:.4g}"
+    elif shortfall.lack is Lack.CLIMBING:
+        key, allowed = "traction.starting_force_kn", "more force or power"
+    else:
+        key, allowed = f"{shortfall.lack.value}_kmhps", f"above {3.6 * shortfall.needed:.3g}"
+    where = f"train.{shortfall.leg.train_type}.{key}"
+    return Fault(stock_file, where, str(shortfall), f"{allowed}, or gentler gradients")
+
+
+def running_warnings(found: Assessment, calls_file: str) -> tuple[str, ...]:
+    """
+    Return what is booked faster than trains can run.
+
+    Parameters
+    ----------
+    found
+        What physics says.
+    calls_file
+        Name of the file of the bookings.
+
+    Returns
+    -------
+    tuple[str, ...]
+        A sentence per leg and train type.
+    """
+    return tuple(f"{calls_file}: {hurry}" for hurry in found.hurries)
