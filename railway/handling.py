@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
-from railway.compiled import compiled
 from railway.line import Block
 from railway.promises import Promises
 from railway.recorder import StepBlock
@@ -42,7 +41,6 @@ class Handling:
         self._service_mps2 = world.of_type("service_brake_mps2")
         self._emergency_mps2 = world.of_type("emergency_brake_mps2")
         self._gravity_mps2 = GRAVITY_MPS2 * world.of_type("gravity_ratio")
-        self._latched = np.zeros(world.size, dtype=np.bool_)
         services = world.timetable.services
         self._boundaries_m = np.array(sorted({block.start_m for block in blocks}))
         self._enters = np.array(
@@ -73,19 +71,18 @@ class Handling:
         rows, step_s = block.rows, self._world.step_s
         lost_mps2 = (block.speed_mps[:-1] - block.speed_mps[1:]) / step_s
         least_mps2, most_mps2 = self._drag_mps2(block)
-        stale = self._stale(block)
         harder_mps2 = lost_mps2 - (self._service_mps2[rows] + most_mps2)
-        harder_mps2[stale | block.halting] = -np.inf
+        harder_mps2[block.emergency[:-1] | block.halting] = -np.inf
         hard = harder_mps2 > HANDLING_MPS2
         if hard.any():
             harder_mps2[hard & self._in_need(block)] = -np.inf
         yield "braking", harder_mps2, HANDLING_MPS2
         if np.isfinite(self._promises.validity_s):
+            oldest_s = block.time_s[:-1, np.newaxis] - self._promises.validity_s - ROUNDING_S
+            stops = (block.speed_mps[1:] == 0.0) | block.halting
             weaker_mps2 = self._emergency_mps2[rows] + least_mps2 - lost_mps2
-            excused = ~stale | (block.speed_mps[1:] == 0.0) | block.halting
-            age_s = block.time_s[:-1, np.newaxis] - block.heard_s[:-1] - self._promises.validity_s
-            age_s[excused | (weaker_mps2 <= HANDLING_MPS2)] = -np.inf
-            yield "validity", age_s, ROUNDING_S
+            weaker_mps2[stops | (block.heard_s[:-1] >= oldest_s)] = -np.inf
+            yield "validity", weaker_mps2, HANDLING_MPS2
         if self._promises.idle_time_s and self._boundaries_m.size:
             yield "idle", self._unbraked_m(block), UNBRAKED_M
 
@@ -98,18 +95,6 @@ class Handling:
             for place_m in (block.front_m[:-1] - NEAR_M, block.front_m[1:] + NEAR_M)
         ]
         return np.minimum(*drags), np.maximum(*drags)
-
-    def _stale(self, block: StepBlock) -> BoolArray:
-        """Return whose commands have run out, and have been since the train moved."""
-        stale = np.zeros(block.present.shape, dtype=np.bool_)
-        if np.isfinite(self._promises.validity_s):
-            latched = self._latched[block.rows]
-            expired = block.heard_s[:-1] < (
-                block.time_s[:-1, np.newaxis] - self._promises.validity_s - ROUNDING_S
-            )
-            _latch(expired & block.moving, block.speed_mps, latched, stale)
-            self._latched[block.rows] = latched
-        return stale
 
     def _in_need(self, block: StepBlock) -> BoolArray:
         """Return who could not keep its authority by the service brake alone."""
@@ -131,13 +116,3 @@ class Handling:
             all_m = self._overrun_m(ahead_m, speed_mps, block.limit_m[1:], block.rows)
             over_m[enters] = all_m[enters]
         return over_m
-
-
-@compiled
-def _latch(expired: BoolArray, speed_mps: FloatArray, latched: BoolArray, stale: BoolArray) -> None:
-    """Write whose commands have run out, until the train stands and has commands again."""
-    for step in range(expired.shape[0]):
-        for column in range(expired.shape[1]):
-            still = latched[column] and speed_mps[step, column] > 0.0
-            latched[column] = still or expired[step, column]
-            stale[step, column] = latched[column]

@@ -307,7 +307,7 @@ class Monitor:
             "release": f"was permitted {excess:.2f} m further than to what was not released",
             "platform": f"was let {excess:.2f} m into a platform section with another train in it",
             "braking": f"braked {excess:.2f} m/s2 harder than its service brake without need",
-            "validity": f"ran on {excess:.1f} s after its commands had run out",
+            "validity": f"braked {excess:.2f} m/s2 less than in emergency, its commands too old",
             "idle": f"entered a block {excess:.2f} m too late to brake after the idle time",
             "acceleration": f"was {excess:.2f} m/s2 beyond its traction or braking",
         }.get(kind)

@@ -90,7 +90,8 @@ class Permissions:
         reached_m = reached_m + margin_m
         # A train that stands where it may not go any further is permitted nothing.
         reached_m[limit_m <= front_m] = -np.inf
-        yield "margin", reached_m - nearest_m[:-1], PERMITTED_M
+        behind_m = np.where(nearest_m[:-1] >= self._world.far_m, np.inf, nearest_m[:-1])
+        yield "margin", reached_m - behind_m, PERMITTED_M
         yield "grant", reached_m - self._granted_m(block, proofs), PERMITTED_M
         if self._pieces:
             yield "release", reached_m - self._unreleased_m(block), PERMITTED_M

@@ -45,6 +45,8 @@ class StepBlock(NamedTuple):
     """Moving, and held by a stop after the step. shape (n_steps, n_columns)"""
     heard_s: FloatArray = np.zeros(0)
     """When the commands were sent that the train has by radio; inf without a radio. [s]"""
+    emergency: BoolArray = np.zeros(0, dtype=np.bool_)
+    """Protection lets the train brake in emergency. shape (n_steps + 1, n_columns)"""
 
 
 class Examiner(Protocol):
@@ -68,6 +70,7 @@ class Recorder:
         self._without_radio_s = np.full(world.size, np.inf)
         self._next_call = np.empty(shape, dtype=np.intp)
         self._present, self._running, self._surprised = np.empty((3, *shape), dtype=np.bool_)
+        self._emergency = np.zeros(shape, dtype=np.bool_)
         self._written = 0
         self._filled = 0
         self._lasting: tuple[FloatArray | IntArray | BoolArray, ...] = (np.zeros(0),) * 6
@@ -106,6 +109,8 @@ class Recorder:
         self._front_m[at] = state.front_m
         self._speed_mps[at] = state.speed_mps
         self._limit_m[at] = authority.limit_m
+        if authority.link is not None:
+            self._emergency[at] = authority.link.emergency
         surprised = state.wayside.surprised
         heard_s = self._without_radio_s if state.radio is None else state.radio.heard_s
         lasting = (
@@ -197,6 +202,7 @@ class Recorder:
             moving,
             moving & ~running[1:],
             self._heard_s[steps, rows],
+            self._emergency[steps, rows],
         )
         for written in (
             self._time_s,
@@ -209,6 +215,7 @@ class Recorder:
             self._present,
             self._running,
             self._heard_s,
+            self._emergency,
         ):
             written[0] = written[self._written - 1]
         self._written = self._filled = 1
