@@ -200,6 +200,7 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
         TractionDrive(world),
         protection.separation,
         by_radio=by_radio,
+        promises=protection.promises,
     )
 
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 from railway.arrays import FloatArray, IntArray
 from railway.line import Block, Line
 from railway.profile import Profile
+from railway.promises import Promises
 from railway.state import Advice, Authority, LineState
 
 Memory = TypeVar("Memory")
@@ -171,3 +172,5 @@ class Controller:
     """Trains take their commands by radio."""
     peer: bool = False
     """The engine drives the trains itself: only what it reports is judged, not our rules."""
+    promises: Promises | None = None
+    """What the protection promises beyond bare safety."""

@@ -76,7 +76,14 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
     on_air = Radio(world, radio, seed) if controller.by_radio else None
     tracker = Tracker(world, wayside, on_air, units)
     monitor, energy, standing = (
-        Monitor(world, controller.separation, wayside.obstructions, by_radio=controller.by_radio),
+        Monitor(
+            world,
+            controller.separation,
+            wayside.obstructions,
+            by_radio=controller.by_radio,
+            # What is promised holds as long as units do what they should; safety holds always.
+            promises=controller.promises if faults is None else None,
+        ),
         EnergyMeter(world),
         StandstillWatch(world),
     )

@@ -10,11 +10,15 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
-from railway.compiled import compiled
 from railway.control import Separation, exclusive_pieces
+from railway.handling import Handling
+from railway.heights import heights_of, mean_height_m
 from railway.intrusion import Intrusions
 from railway.line import Turnout
 from railway.obstructions import Obstruction
+from railway.permissions import Permissions
+from railway.positions import lower_on, nearest_on_track, raise_to_depth, raise_to_entered
+from railway.promises import NO_BUFFERS, Promises
 from railway.proofs import Proofs
 from railway.recorder import StepBlock
 from railway.records import Violation
@@ -41,6 +45,7 @@ class Monitor:
         obstructions: Callable[[], tuple[Obstruction, ...]] = tuple,
         *,
         by_radio: bool = False,
+        promises: Promises | None = None,
     ) -> None:
         self._world = world
         self._separation = separation
@@ -57,7 +62,7 @@ class Monitor:
         self._emergency_mps2 = world.of_type("emergency_brake_mps2")
         self._maximum_mps = world.of_type("maximum_speed_mps")
         self._gravity_mps2 = GRAVITY_MPS2 * world.of_type("gravity_ratio")
-        self._height_knots = _height_integral(world)
+        self._heights = heights_of(world.line)
         self._users = {
             track.id: [row for row, s in enumerate(world.timetable.services) if track.id in s.route]
             for section in world.line.sections
@@ -66,6 +71,14 @@ class Monitor:
         self._fouling = _tracks_at_points(world)
         self._intrusions = Intrusions(world, obstructions, self._overrun_m, by_radio=by_radio)
         self._proofs = Proofs(world)
+        self._buffers = NO_BUFFERS if promises is None else promises.buffers
+        self._permissions: Permissions | None = None
+        self._handling: Handling | None = None
+        if promises is not None:
+            self._permissions = Permissions(
+                world, separation, promises, obstructions, by_radio=by_radio
+            )
+            self._handling = Handling(world, promises, kept, self._overrun_m)
         self._open: dict[tuple[int, str], tuple[float, float, float]] = {}
         self._closed: list[Violation] = []
 
@@ -78,14 +91,18 @@ class Monitor:
         block
             The steps.
         """
+        early = list(self._proofs.early(block))
         for kind, excess, tolerance in self._bounds_passed(block):
             # Not-a-number passes every bound.
             passed: BoolArray = block.moving & ~(excess <= tolerance)
             for step, column in np.argwhere(passed).tolist():
                 time_s = float(block.time_s[step + 1])
                 self._extend(int(block.rows[column]), kind, time_s, float(excess[step, column]))
-        for row, kind, time_s, early_s in self._proofs.early(block):
+        for row, kind, time_s, early_s in early:
             self._extend(row, kind, time_s, early_s)
+        if self._permissions:
+            for row, time_s, depth_m in self._permissions.thrown_under(block):
+                self._extend(row, "lock", time_s, depth_m)
 
     def note_collisions(self, rows: tuple[int, ...], time_s: float) -> None:
         """
@@ -139,7 +156,9 @@ class Monitor:
         excused = block.surprised[:-1] | ((speed_mps == 0.0) & (block.speed_mps[:-1] == 0.0))
         overrun_m = self._overrun_m(ahead_m, speed_mps, limit_m, rows)
         yield "authority", np.where(excused, -np.inf, overrun_m), near_m
-        next_rear_m = self._next_rear_m(block)
+        rear_m = self._rear_m(block)
+        nearest_m = self._nearest_m(block, rear_m)
+        next_rear_m = nearest_m[1:]
         if self._separation is not Separation.BRAKING:
             beyond_m = limit_m - np.maximum(next_rear_m, block.front_m[:-1])
             yield "band", beyond_m, POSITION_TOLERANCE_M
@@ -152,6 +171,16 @@ class Monitor:
         yield "limit", speed_mps - self._limit_mps(front_m, rows), SPEED_TOLERANCE_MPS
         excess = self._acceleration_excess_mps2(block)
         yield "acceleration", excess, ACCELERATION_TOLERANCE_MPS2
+        if self._permissions:
+            if not self._buffers.none:
+                rear_m = rear_m - self._buffers.rear_buffer_m(block.front_m)
+                nearest_m = self._nearest_m(block, rear_m)
+            yield from self._permissions.beyond_m(block, rear_m, nearest_m, self._proofs)
+        if self._handling:
+            harder = excess > ACCELERATION_TOLERANCE_MPS2
+            for kind, beyond, tolerance in self._handling.beyond(block):
+                # Who brakes harder than in emergency is named once.
+                yield kind, np.where(harder, -np.inf, beyond), tolerance
 
     def _inside_fouling_m(self, block: StepBlock) -> FloatArray:
         """Return how far each front is in a fouling section that another track's train is in."""
@@ -161,7 +190,7 @@ class Monitor:
         for turnout, track_of_row in self._fouling:
             ends_m = turnout.fouling_start_m, turnout.fouling_end_m
             track = track_of_row[block.rows]
-            _raise_to_depth(front_m, tail_m, block.present, track, ends_m, inside_m)
+            raise_to_depth(front_m, tail_m, block.present, track, ends_m, inside_m)
         return inside_m
 
     def _overrun_m(
@@ -169,8 +198,8 @@ class Monitor:
     ) -> FloatArray:
         brake = self._service_mps2[rows]
         length_m = self._world.length_m[rows]
-        lift_m = _mean_height_m(limit_m, length_m, *self._height_knots) - _mean_height_m(
-            front_m, length_m, *self._height_knots
+        lift_m = mean_height_m(limit_m, length_m, *self._heights) - mean_height_m(
+            front_m, length_m, *self._heights
         )
         available = brake * (limit_m - front_m) + self._gravity_mps2[rows] * lift_m
         overrun: FloatArray = (0.5 * np.square(speed_mps) - available) / brake
@@ -178,24 +207,24 @@ class Monitor:
 
     def _rear_m(self, block: StepBlock) -> FloatArray:
         """Return the rear that each train shows to the next one: where it may come to a stand."""
-        front_m, length_m = block.front_m[1:], self._world.length_m[block.rows]
+        front_m, length_m = block.front_m, self._world.length_m[block.rows]
         tail_m: FloatArray = front_m - length_m
         if self._separation is not Separation.BRAKING:
             return tail_m
-        energy = 0.5 * np.square(block.speed_mps[1:])
+        energy = 0.5 * np.square(block.speed_mps)
         gravity, emergency = self._gravity_mps2[block.rows], self._emergency_mps2[block.rows]
-        here_m = _mean_height_m(front_m, length_m, *self._height_knots)
+        here_m = mean_height_m(front_m, length_m, *self._heights)
         braking_m = energy / emergency
         # Gradients are a tenth of the brake at most, so each round leaves a tenth of the error.
         for _ in range(BRAKING_ROUNDS):
-            there_m = _mean_height_m(front_m + braking_m, length_m, *self._height_knots)
+            there_m = mean_height_m(front_m + braking_m, length_m, *self._heights)
             braking_m = (energy - gravity * (there_m - here_m)) / emergency
         return tail_m + braking_m
 
     def _inside_occupied_m(self, block: StepBlock) -> FloatArray:
         """Return how far each front is in a piece that it entered while a train was in it."""
         inside_m = np.zeros(block.front_m[1:].shape)
-        _raise_to_entered(
+        raise_to_entered(
             block.front_m,
             self._world.length_m[block.rows],
             block.present,
@@ -205,20 +234,21 @@ class Monitor:
         )
         return inside_m
 
-    def _next_rear_m(self, block: StepBlock) -> FloatArray:
+    def _nearest_m(self, block: StepBlock, rear_m: FloatArray) -> FloatArray:
         """Return the nearest rear ahead among all trains that will use the same track."""
-        rear_m = self._rear_m(block)
-        nearest_m = np.full(block.front_m[1:].shape, self._world.far_m)
+        nearest_m = np.full(block.front_m.shape, self._world.far_m)
+        # Of the first moment only trains count that stay, of the others those that were there.
+        present = np.concatenate((block.present[:1], block.present))
         column_of = {row: column for column, row in enumerate(block.rows.tolist())}
         for track, users in self._users.items():
             columns = np.array([column_of[row] for row in users if row in column_of], dtype=np.intp)
             if columns.size > 1:
                 place = self._world.line.track_by_id[track]
-                _nearest_on_track(
-                    block.front_m[1:],
+                nearest_on_track(
+                    block.front_m,
                     self._world.length_m[block.rows],
                     rear_m,
-                    block.present,
+                    present,
                     columns,
                     (place.start_m, place.end_m),
                     nearest_m,
@@ -229,7 +259,7 @@ class Monitor:
         tail_m = front_m - self._world.length_m[rows]
         lowest = np.broadcast_to(self._maximum_mps[rows], front_m.shape).copy()
         for limit in self._world.line.limits:
-            _lower_on(front_m, tail_m, (limit.start_m, limit.end_m), limit.limit_mps, lowest)
+            lower_on(front_m, tail_m, (limit.start_m, limit.end_m), limit.limit_mps, lowest)
         return lowest
 
     def _acceleration_excess_mps2(self, block: StepBlock) -> FloatArray:
@@ -244,7 +274,7 @@ class Monitor:
         for index, kind in enumerate(self._world.train_types):
             columns = np.flatnonzero(self._world.type_index[rows] == index)
             speed = before[:, columns]
-            strongest[:, columns] = kind.traction.force_n(speed) / kind.inertial_mass_kg
+            strongest[:, columns] = kind.level_acceleration_mps2(speed)
         too_strong = acceleration - (strongest - gravity)
         too_hard = -(self._emergency_mps2[rows] + gravity) - acceleration
         return np.maximum(too_strong, too_hard)
@@ -272,12 +302,20 @@ class Monitor:
             "fouling": f"was {excess:.1f} m inside points that another train was passing",
             "stop": f"ran past its stop by {excess:.2f} m",
             "limit": f"was {3.6 * excess:.1f} km/h above the line limit",
+            "margin": f"was permitted {excess:.2f} m into the margin behind the train ahead",
+            "grant": f"was permitted {excess:.2f} m further than to what was not free for it",
+            "release": f"was permitted {excess:.2f} m further than to what was not released",
+            "platform": f"was let {excess:.2f} m into a platform section with another train in it",
+            "braking": f"braked {excess:.2f} m/s2 harder than its service brake without need",
+            "validity": f"braked {excess:.2f} m/s2 less than in emergency, its commands too old",
+            "idle": f"entered a block {excess:.2f} m too late to brake after the idle time",
             "acceleration": f"was {excess:.2f} m/s2 beyond its traction or braking",
         }.get(kind)
         event = {
             "collision": "collided",
             "stalled": "never reached the end of the line",
             "points": f"entered points {excess:.1f} s or more before they could lie for it",
+            "lock": f"was {excess:.1f} m inside points when they were thrown",
             "crossing": f"entered a level crossing {excess:.1f} s before it could be closed",
         }.get(kind)
         message = f"{train} {event}" if event else f"{train} {bound} (for {lasted:.1f} s)"
@@ -300,153 +338,3 @@ def _tracks_at_points(world: World) -> list[tuple[Turnout, IntArray]]:
         ]
         found.append((turnout, np.array(numbers, dtype=np.intp)))
     return found
-
-
-@compiled
-def _mean_height_m(
-    front_m: FloatArray,
-    length_m: FloatArray,
-    knots_m: FloatArray,
-    heights_m: FloatArray,
-    slopes: FloatArray,
-    areas_m2: FloatArray,
-) -> FloatArray:
-    """Return the height averaged over each train, by the area below the line's polygon."""
-    mean_m = np.empty_like(front_m)
-    for step in range(front_m.shape[0]):
-        for column in range(front_m.shape[1]):
-            area_m2 = 0.0
-            for sign, place_m in (
-                (1.0, front_m[step, column]),
-                (-1.0, front_m[step, column] - length_m[column]),
-            ):
-                knot = max(np.searchsorted(knots_m, place_m, side="right") - 1, 0)
-                along_m = place_m - knots_m[knot]
-                middle_m = heights_m[knot] + 0.5 * slopes[knot] * along_m
-                area_m2 += sign * (areas_m2[knot] + along_m * middle_m)
-            mean_m[step, column] = area_m2 / length_m[column]
-    return mean_m
-
-
-@compiled
-def _nearest_on_track(  # noqa: PLR0917 - compiled functions take plain arrays
-    front_m: FloatArray,
-    length_m: FloatArray,
-    rear_m: FloatArray,
-    present: BoolArray,
-    columns: IntArray,
-    ends_m: tuple[float, float],
-    nearest_m: FloatArray,
-) -> None:
-    """Lower ``nearest_m`` to the nearest rear ahead on one track, step by step."""
-    start_m, end_m = ends_m
-    order = columns.copy()
-    for step in range(front_m.shape[0]):
-        # Trains hardly ever change their order, so sorting by insertion is one pass.
-        for unsorted in range(1, order.size):
-            column, place = order[unsorted], unsorted
-            while place > 0 and front_m[step, order[place - 1]] < front_m[step, column]:
-                order[place] = order[place - 1]
-                place -= 1
-            order[place] = column
-        lowest_m = np.inf
-        for column in order:
-            tail_m = front_m[step, column] - length_m[column]
-            if not present[step, column] or tail_m >= end_m:
-                continue
-            nearest_m[step, column] = min(nearest_m[step, column], lowest_m)
-            if front_m[step, column] > start_m:
-                lowest_m = min(lowest_m, max(rear_m[step, column], start_m))
-
-
-@compiled
-def _raise_to_entered(
-    front_m: FloatArray,
-    length_m: FloatArray,
-    present: BoolArray,
-    enters: BoolArray,
-    ends_m: FloatArray,
-    inside_m: FloatArray,
-) -> None:
-    """Raise ``inside_m`` to the depth of fronts in pieces that others are in at their entry."""
-    for column in range(length_m.size):
-        passed = 0
-        while passed < ends_m.shape[0] and ends_m[passed, 0] < front_m[0, column]:
-            passed += 1
-        for step in range(present.shape[0]):
-            ahead_m = front_m[step + 1, column]
-            while passed < ends_m.shape[0] and ends_m[passed, 0] < ahead_m:
-                start_m, end_m = ends_m[passed]
-                for other in range(length_m.size):
-                    within = (
-                        other != column
-                        and present[step, other]
-                        and front_m[step + 1, other] > start_m
-                        and front_m[step + 1, other] - length_m[other] < end_m
-                    )
-                    both = enters[column, passed] and enters[other, passed]
-                    if within and both and present[step, column]:
-                        inside_m[step, column] = max(inside_m[step, column], ahead_m - start_m)
-                passed += 1
-
-
-@compiled
-def _raise_to_depth(
-    front_m: FloatArray,
-    tail_m: FloatArray,
-    present: BoolArray,
-    track: IntArray,
-    ends_m: tuple[float, float],
-    inside_m: FloatArray,
-) -> None:
-    """Raise ``inside_m`` to the depth of fronts behind the first one on another track."""
-    start_m, end_m = ends_m
-    within = np.empty(track.size, dtype=np.bool_)
-    for step in range(front_m.shape[0]):
-        first = -1
-        shared = False
-        for column in range(track.size):
-            within[column] = (
-                present[step, column]
-                and track[column] >= 0
-                and front_m[step, column] > start_m
-                and tail_m[step, column] < end_m
-            )
-            if not within[column]:
-                continue
-            shared = shared or (first >= 0 and track[column] != track[first])
-            if first < 0 or front_m[step, column] > front_m[step, first]:
-                first = column
-        if shared:
-            for column in range(track.size):
-                if within[column] and front_m[step, column] < front_m[step, first]:
-                    depth_m = front_m[step, column] - start_m
-                    inside_m[step, column] = max(inside_m[step, column], depth_m)
-
-
-@compiled
-def _lower_on(
-    front_m: FloatArray,
-    tail_m: FloatArray,
-    ends_m: tuple[float, float],
-    limit_mps: float,
-    lowest_mps: FloatArray,
-) -> None:
-    """Lower ``lowest_mps`` where a train is on a limit with any of its length."""
-    start_m, end_m = ends_m
-    for step in range(front_m.shape[0]):
-        for column in range(front_m.shape[1]):
-            if front_m[step, column] > start_m and tail_m[step, column] < end_m:
-                lowest_mps[step, column] = min(lowest_mps[step, column], limit_mps)
-
-
-def _height_integral(world: World) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    line = world.line
-    edges = {line.start_m - 1e5, line.start_m}
-    for stretch in line.gradients:
-        edges |= {stretch.start_m, stretch.end_m}
-    knots_m = np.array(sorted(edges))
-    heights_m = line.height_m(knots_m)
-    slopes = np.append(np.diff(heights_m) / np.diff(knots_m), 0.0)
-    steps = np.diff(knots_m) * 0.5 * (heights_m[1:] + heights_m[:-1])
-    return knots_m, heights_m, slopes, np.append(0.0, np.cumsum(steps))

@@ -120,6 +120,35 @@ class Proofs:
                 known_s = proven_s if proven_s < np.inf else block.time_s[-1]
                 yield row, kind, float(entered_s), float(known_s - entered_s)
 
+    def unproven(self, block: StepBlock) -> Iterator[tuple[int, float, float]]:
+        """
+        Yield what is not proven for a train at the beginning of a block that was looked at.
+
+        Parameters
+        ----------
+        block
+            The steps, of which :meth:`early` has told already.
+
+        Yields
+        ------
+        tuple[int, float, float]
+            Row of the train, where the points or the crossing begin [m], and until when they may
+            not be granted to it [s].
+        """
+        begin_s = block.time_s[0]
+        here = frozenset(block.rows.tolist())
+        for number, points in enumerate(self._turnouts):
+            for row in here & self._before[number].keys():
+                until_s = self._lies_s(number, row)
+                if until_s > begin_s:
+                    yield row, points.fouling_start_m, until_s
+        for number, crossing in enumerate(self._crossings):
+            for row in here.intersection(self._users[number]):
+                strikes_s = self._roads.front_s[len(self._crossings) + number, row]
+                until_s = max(self._closed_s(number, row), float(strikes_s))
+                if until_s > begin_s:
+                    yield row, crossing.start_m, until_s
+
     def _lies_s(self, turnout: int, row: int) -> float:
         """Return when points can lie for a train; infinite as long as another has to go first."""
         before = self._before[turnout].get(row)
@@ -144,7 +173,7 @@ class Proofs:
 
 
 def _other_ways(world: World, points: Turnout) -> dict[int, int]:
-    """Return for each train that passes points the one before it, if that goes another way."""
+    """Return for each train that passes points the last one before it that goes another way."""
     end_m = {track.id: track.end_m for track in world.line.track_by_id.values()}
     ways = [
         (row, way)
@@ -152,7 +181,13 @@ def _other_ways(world: World, points: Turnout) -> dict[int, int]:
         for way in pairwise(service.route)
         if end_m[way[0]] == points.position_m
     ]
-    return {row: before for (before, other), (row, way) in pairwise(ways) if way != other}
+    last: dict[int, int] = {}
+    for (before, other), (row, way) in pairwise(ways):
+        if way != other:
+            last[row] = before
+        elif before in last:
+            last[row] = last[before]
+    return last
 
 
 def _users(world: World, crossing: Crossing) -> list[int]:

@@ -44,6 +44,10 @@ class StepBlock(NamedTuple):
     """Present and not held by a stop during the step. shape (n_steps, n_columns)"""
     halting: BoolArray
     """Moving, and held by a stop after the step. shape (n_steps, n_columns)"""
+    heard_s: FloatArray = np.zeros(0)
+    """When the commands were sent that the train has by radio; inf without a radio. [s]"""
+    emergency: BoolArray = np.zeros(0, dtype=np.bool_)
+    """Protection lets the train brake in emergency. shape (n_steps + 1, n_columns)"""
 
 
 class Examiner(Protocol):
@@ -70,11 +74,14 @@ class Recorder:
         shape = (BLOCK_STEPS + 1, world.size)
         self._time_s = np.empty(BLOCK_STEPS + 1)
         self._front_m, self._speed_mps, self._limit_m, self._delay_s = np.empty((4, *shape))
+        self._heard_s = np.empty(shape)
+        self._without_radio_s = np.full(world.size, np.inf)
         self._next_call = np.empty(shape, dtype=np.intp)
         self._present, self._running, self._surprised = np.empty((3, *shape), dtype=np.bool_)
+        self._emergency = np.zeros(shape, dtype=np.bool_)
         self._written = 0
         self._filled = 0
-        self._lasting: tuple[FloatArray | IntArray | BoolArray, ...] = (np.zeros(0),) * 5
+        self._lasting: tuple[FloatArray | IntArray | BoolArray, ...] = (np.zeros(0),) * 6
         self._until_sample = 0
         self._sample_every = max(1, round(1.0 / world.step_s))
         self._sampled: list[int] = []
@@ -111,8 +118,18 @@ class Recorder:
         self._front_m[at] = state.front_m
         self._speed_mps[at] = state.speed_mps
         self._limit_m[at] = authority.limit_m
+        if authority.link is not None:
+            self._emergency[at] = authority.link.emergency
         surprised = state.wayside.surprised
-        lasting = (authority.delay_s, state.next_call, surprised, state.present, state.running)
+        heard_s = self._without_radio_s if state.radio is None else state.radio.heard_s
+        lasting = (
+            authority.delay_s,
+            state.next_call,
+            surprised,
+            state.present,
+            state.running,
+            heard_s,
+        )
         if not all(map(operator.is_, lasting, self._lasting)):
             self._fill()
             self._lasting = lasting
@@ -130,6 +147,7 @@ class Recorder:
                 self._surprised,
                 self._present,
                 self._running,
+                self._heard_s,
             )
             for written, values in zip(kept, self._lasting, strict=True):
                 written[steps] = values
@@ -206,6 +224,8 @@ class Recorder:
             stays,
             moving,
             moving & ~running[1:],
+            self._heard_s[steps, rows],
+            self._emergency[steps, rows],
         )
         for written in (
             self._time_s,
@@ -217,6 +237,8 @@ class Recorder:
             self._surprised,
             self._present,
             self._running,
+            self._heard_s,
+            self._emergency,
         ):
             written[0] = written[self._written - 1]
         self._written = self._filled = 1

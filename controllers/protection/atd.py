@@ -26,6 +26,7 @@ from railway.control import Separation
 from railway.detection import Sight
 from railway.kinematics import next_speed_mps
 from railway.profile import at
+from railway.promises import Promises
 from railway.state import NOTHING, Authority, LineState
 from railway.world import World
 
@@ -126,6 +127,7 @@ class Atd:
         self._detection = detection_on(world)
         self._world = world
         self._options = options
+        self.promises = Promises(options.overlap_m)
         self.profile = world.profile
         self.delay_s = 0.0
         self.release_delay_s = world.line.release_delay_s

@@ -49,6 +49,7 @@ from railway.arrays import BoolArray, FloatArray
 from railway.compiled import plain
 from railway.control import Separation
 from railway.control_map import Bands, free_to_m, layers_of, overlaps_m, ways_of
+from railway.promises import Promises
 from railway.radio import TOLERANCE_S, RadioSpec
 from railway.state import NOTHING, Authority, LineState, Link
 from railway.world import World
@@ -121,6 +122,7 @@ class ControlMap:
     def __init__(self, world: World, options: ControlMapOptions, radio: RadioSpec) -> None:
         self._world, self._options, self._radio = world, options, radio
         self.profile = world.profile
+        self.promises = Promises(options.margin_m, validity_s=UPDATE_S * COMMANDS)
         self.release_delay_s = radio.oldest_knowledge_s
         self._ceiling = LineCeiling(world, world.profile)
         self._order, self._layers, self._ways = order_of(world), layers_of(world), ways_of(world)

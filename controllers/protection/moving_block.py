@@ -27,6 +27,7 @@ from railway.buffers import Buffers, drifted_buffer_m, reaching_front_m
 from railway.compiled import compiled, count_up_to, plain
 from railway.control import Separation
 from railway.profile import build_profile
+from railway.promises import Promises
 from railway.state import NOTHING, Authority, LineState
 from railway.world import World
 
@@ -94,6 +95,7 @@ class MovingBlock:
 
     def __init__(self, world: World, options: MovingBlockOptions) -> None:
         buffers = options.buffers(world)
+        self.promises = Promises(options.margin_m, buffers, options.exclusive_platform)
         self._world = world
         self.profile = world.profile
         if not buffers.none:

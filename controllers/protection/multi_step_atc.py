@@ -20,6 +20,7 @@ from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled, plain
 from railway.control import Separation
 from railway.detection import Sight, Tiling, place_of, place_of_front
+from railway.promises import Promises
 from railway.state import NOTHING, Authority, LineState
 from railway.world import World
 
@@ -78,6 +79,7 @@ class MultiStepAtc:
         self._detection = detection_on(world)
         self._world = world
         self._options = options
+        self.promises = Promises(options.overlap_m, idle_time_s=options.idle_time_s)
         self.profile = world.profile
         self.delay_s = 0.0
         self.release_delay_s = world.line.release_delay_s

@@ -16,6 +16,7 @@ commands that were made with the obstruction (section 3.2.3 (2)).
 """
 
 import math
+from dataclasses import replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -27,6 +28,7 @@ from railway.compiled import compiled, plain
 from railway.control import Foresight, Protection, Separation
 from railway.leaders import section_ends_m
 from railway.profile import at_each
+from railway.promises import Promises
 from railway.radio import TOLERANCE_S, RadioSpec, RadioState
 from railway.state import NOTHING, Authority, LineState, Link
 from railway.world import World
@@ -43,6 +45,11 @@ class Centre(Protection[Any], Foresight, Protocol):
     @property
     def separation(self) -> Separation:
         """What keeps its trains apart."""
+        ...
+
+    @property
+    def promises(self) -> Promises:
+        """What it promises beyond that."""
         ...
 
 
@@ -92,6 +99,7 @@ class OverRadio:
     def __init__(self, inner: Centre, world: World, radio: RadioSpec) -> None:
         self._inner, self._world, self._radio = inner, world, radio
         self.separation = inner.separation
+        self.promises = replace(inner.promises, validity_s=HORIZON_S)
         self.profile = inner.profile
         self.delay_s = inner.delay_s
         self.idle_time_s = inner.idle_time_s

@@ -18,6 +18,7 @@ from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
 from railway.control import Separation
 from railway.profile import SPACING_M, at
+from railway.promises import Promises
 from railway.state import NOTHING, Authority, LineState
 from railway.world import World
 
@@ -53,6 +54,7 @@ class RelativeBraking:
         self._world = world
         self.profile = world.profile
         self._margin_m = options.margin_m
+        self.promises = Promises(options.margin_m)
         self.ceiling = LineCeiling(world, world.profile)
         self._square = 2.0 * world.profile.potential_m2ps2.ravel()
         self._no_delay_s = np.zeros(world.size)

@@ -1,0 +1,246 @@
+"""The mutants: which text of which file stands for which other one."""
+
+from typing import NamedTuple
+
+PROFILE = "railway/profile.py"
+LEADERS = "railway/leaders.py"
+TRACKSIDE = "railway/trackside.py"
+DRIVE = "controllers/drive.py"
+MOVING_BLOCK = "controllers/protection/moving_block.py"
+OVER_RADIO = "controllers/protection/over_radio.py"
+CONTROL_MAP = "controllers/protection/control_map.py"
+BRAKE = "train.service_brake_mps2 * (grid_m - origin_m)"
+TAIL = "tail_m = front_m - self._world.length_m"
+EMERGENCY = "brakes = emergency(memory.emergency, state, radio.heard_s, HORIZON_S)"
+
+
+class Patch(NamedTuple):
+    """One text that stands for another one; the old one is there exactly once."""
+
+    file: str
+    old: str
+    new: str
+
+
+class Mutant(NamedTuple):
+    """A fault, and the controllers of the scenario that it is to be seen under."""
+
+    name: str
+    controllers: tuple[str, ...]
+    patches: tuple[Patch, ...]
+
+
+def _mutant(name: str, controllers: str, *patches: tuple[str, str, str]) -> Mutant:
+    return Mutant(name, tuple(controllers.split()), tuple(Patch(*patch) for patch in patches))
+
+
+MUTANTS: tuple[Mutant, ...] = (
+    *(
+        _mutant(f"service brake in the tables +{percent} %", "moving", (PROFILE, BRAKE, new))
+        for percent, new in ((5, f"1.05 * {BRAKE}"), (20, f"1.2 * {BRAKE}"))
+    ),
+    *(
+        _mutant(
+            f"tail {ahead_m:g} m ahead of the truth",
+            "moving",
+            (LEADERS, f"{TAIL}\n", f"{TAIL} + {ahead_m}\n"),
+        )
+        for ahead_m in (1.7, 20.0, 30.0)
+    ),
+    _mutant(
+        "margin left out",
+        "moving",
+        (MOVING_BLOCK, "min(rear_m, clear_to_m) - margin_m", "min(rear_m, clear_to_m)"),
+    ),
+    _mutant(
+        "no rear buffer",
+        "cbtc",
+        (MOVING_BLOCK, "rear_m = leader_tail_m - float(buffer_m)", "rear_m = leader_tail_m"),
+    ),
+    _mutant(
+        "gradient sign in protection",
+        "moving",
+        (PROFILE, f"{BRAKE} + gravity", f"{BRAKE} - gravity"),
+    ),
+    _mutant(
+        "leader off by one at a merge",
+        "moving",
+        (
+            LEADERS,
+            "before[row, section] = last_on_track.get(track, -1)",
+            "ahead = last_on_track.get(track, -1)\n"
+            "            merges = section == 1 and ahead >= 0\n"
+            "            before[row, section] = before[ahead, section] if merges else ahead",
+        ),
+    ),
+    _mutant(
+        "leader always row - 1",
+        "moving",
+        (LEADERS, "before[row, section] = last_on_track.get(track, -1)", "before[row] = row - 1"),
+    ),
+    _mutant(
+        "limits over the front only",
+        "moving",
+        (PROFILE, "rear_limit_m(limit.end_m, train.length_m)", "rear_limit_m(limit.end_m, 0.0)"),
+    ),
+    _mutant(
+        "points released 60 m early (leaders)",
+        "moving",
+        (LEADERS, "turnout.fouling_end_m if turnout", "turnout.fouling_end_m - 60.0 if turnout"),
+    ),
+    _mutant(
+        "points released 60 m early (machine)",
+        "moving",
+        (
+            TRACKSIDE,
+            "place_m = turnout.fouling_start_m, turnout.fouling_end_m",
+            "place_m = turnout.fouling_start_m, turnout.fouling_end_m - 60.0",
+        ),
+    ),
+    *(
+        _mutant(
+            f"circuit released by the front ({controller})",
+            controller,
+            (
+                "railway/detection.py",
+                "circuits.end_m[place] > tail_m[train]",
+                "circuits.end_m[place] > front_m[train]",
+            ),
+        )
+        for controller in ("atc", "atd")
+    ),
+    _mutant(
+        "authority 2 s old",
+        "moving",
+        ("railway/loop.py", "    steps = 0\n", "    steps, given = 0, []\n"),
+        (
+            "railway/loop.py",
+            "authority, permitted = protection.authorise(state, permitted)",
+            "authority, permitted = protection.authorise(state, permitted)\n"
+            "        given.append(authority)\n"
+            "        authority = given[max(len(given) - 1 - round(2.0 / world.step_s), 0)]",
+        ),
+    ),
+    _mutant(
+        "no turnout lock (leaders)",
+        "moving",
+        (LEADERS, "granted = same_way or self._section[ahead] == section", "granted = True"),
+    ),
+    _mutant(
+        "no turnout lock (wayside)",
+        "moving",
+        (TRACKSIDE, "self.concerns[waiting[first:]] = True", "self.concerns[waiting[:0]] = True"),
+    ),
+    _mutant(
+        "obstructions ignored",
+        "moving",
+        (
+            "railway/tracker.py",
+            "np.minimum(self._leaders.granted_m, obstructed_m)",
+            "np.minimum(self._leaders.granted_m, np.inf)",
+        ),
+    ),
+    _mutant(
+        "points throw in 0 s",
+        "moving",
+        (
+            TRACKSIDE,
+            "ready_s = time_s + self._turnout.throw_s + self._turnout.proof_s",
+            "ready_s = time_s",
+        ),
+    ),
+    _mutant(
+        "crossing never closes",
+        "moving",
+        (
+            TRACKSIDE,
+            "free = struck & scene.due(self._closed_s)",
+            "free = self._users & ~passed",
+        ),
+    ),
+    _mutant(
+        "crossing closes in half the time",
+        "moving",
+        (
+            TRACKSIDE,
+            "self._closed_s = time_s + self._crossing.closing_s",
+            "self._closed_s = time_s + 0.5 * self._crossing.closing_s",
+        ),
+    ),
+    _mutant(
+        "fouling section 30 m later",
+        "moving",
+        (LEADERS, "turnout.fouling_start_m if turnout", "turnout.fouling_start_m + 30 if turnout"),
+        (
+            TRACKSIDE,
+            "place_m = turnout.fouling_start_m, turnout.fouling_end_m",
+            "place_m = turnout.fouling_start_m + 30.0, turnout.fouling_end_m",
+        ),
+    ),
+    _mutant(
+        "exclusive platform shared",
+        "cbtc",
+        (MOVING_BLOCK, "if exclusive and not entered", "if exclusive and entered"),
+    ),
+    *(
+        _mutant(
+            f"radio validity {name}",
+            "by_radio",
+            (OVER_RADIO, EMERGENCY, EMERGENCY.replace("HORIZON_S", validity_s)),
+        )
+        for name, validity_s in (("10 s", "2.0 * HORIZON_S"), ("for ever", "math.inf"))
+    ),
+    _mutant(
+        "reported tail + 3 s of running",
+        "by_radio",
+        (
+            OVER_RADIO,
+            "reported_m = memory.reports.front_m - self._world.length_m",
+            "ran_m = 3.0 * memory.reports.speed_mps\n"
+            "        reported_m = memory.reports.front_m - self._world.length_m + ran_m",
+        ),
+    ),
+    _mutant(
+        "traction +10 %",
+        "moving",
+        (
+            DRIVE,
+            "gains.append(step_s * kind.level_acceleration_mps2(half_way))",
+            "more_mps2 = 0.1 * kind.traction.force_n(half_way) / kind.inertial_mass_kg\n"
+            "        gains.append(step_s * (kind.level_acceleration_mps2(half_way) + more_mps2))",
+        ),
+    ),
+    *(
+        _mutant(
+            f"drive brakes {name}",
+            "moving",
+            (
+                DRIVE,
+                "next_mps[train] = min(wish, emergency)",
+                "least = min(wish, emergency)\n"
+                f"        next_mps[train] = max(min(least, speed - {times} * (speed - least)), 0.0)",
+            ),
+        )
+        for name, times in (("10 % too hard", 1.1), ("harder than in emergency", 1.6))
+    ),
+    _mutant(
+        "ATC without idle time",
+        "atc",
+        (
+            "controllers/protection/code_table.py",
+            "return self.idle_time_s + 2.0 * self.step_s",
+            "return 2.0 * self.step_s",
+        ),
+    ),
+    _mutant(
+        "control map 60 m beyond its bands, exclusion test off",
+        "control_map",
+        (
+            CONTROL_MAP,
+            "furthest_m = np.where(plan.planned, limit_m.max(axis=1), -np.inf)",
+            "limit_m = limit_m + 60.0\n"
+            "        furthest_m = np.where(plan.planned, limit_m.max(axis=1), -np.inf)",
+        ),
+        (CONTROL_MAP, "if not self._excludes(", "if False and not self._excludes("),
+    ),
+)
