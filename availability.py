@@ -5,10 +5,12 @@ Availability and fault tree of a scenario's train control.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
+import failures
 from analysis import (
     DEPENDABILITY_FILES,
     DependabilityTables,
@@ -16,15 +18,27 @@ from analysis import (
     publish_dependability,
     refuse_foreign,
 )
+from holding import held
 from provenance import provenance_of
-from railway.availability import availability, simulate_outages
-from railway.fault_tree import FaultTreeError, minimal_cut_sets
+from railway.availability import Configuration, availability, simulate_outages
+from railway.fault_tree import FaultTree, FaultTreeError, minimal_cut_sets
 from scenarios import load_configurations, load_fault_tree
 from study import Study, StudyError, StudyResult
+from workers import attempt
 
 YEARS = 100_000
 Progress: TypeAlias = Callable[[int, int], None]
 """Called with the number of finished systems, and of all."""
+
+
+class AvailabilityResult(NamedTuple):
+    """What is written."""
+
+    folder: Path
+    tables: DependabilityTables | None
+    """None if every system failed."""
+    failures: list[str]
+    """A sentence each."""
 
 
 def run_availability(
@@ -33,7 +47,7 @@ def run_availability(
     out: Path,
     years: int = YEARS,
     progress: Progress = lambda *_: None,
-) -> DependabilityTables:
+) -> AvailabilityResult:
     """
     Work out availability and fault tree of a scenario and write them.
 
@@ -52,8 +66,8 @@ def run_availability(
 
     Returns
     -------
-    DependabilityTables
-        What was found and written.
+    AvailabilityResult
+        What was found and written; a system that fails takes no other with it.
 
     Raises
     ------
@@ -63,6 +77,8 @@ def run_availability(
         If the fault tree has too many cut sets, or a system is stopped all the time.
     FileExistsError
         If something else stands where the results would go.
+    HeldError
+        If another command writes there.
     """
     folder = out / f"{study.scenario.name}_availability"
     systems, source, digest = load_configurations(scenario_folder)
@@ -80,16 +96,42 @@ def run_availability(
     except FaultTreeError as error:
         msg = f"fault_tree.toml: {error}"
         raise StudyError(msg) from error
+    with held(folder):
+        return _simulated(study, folder, (systems, source, digest), tree, years, progress)
+
+
+def _simulated(
+    study: Study,
+    folder: Path,
+    loaded: tuple[Sequence[Configuration], str, str],
+    tree: FaultTree | None,
+    years: int,
+    progress: Progress,
+) -> AvailabilityResult:
+    systems, source, digest = loaded
     started = time.perf_counter()
-    found = []
+    found, failed = [], {}
     progress(0, len(systems))
-    for system in systems:
-        found.append(Endurance(system, simulate_outages(system, years, study.seeds[0])))
-        progress(len(found), len(systems))
+    for done, system in enumerate(systems, start=1):
+        outages, failure = attempt(partial(simulate_outages, system, years, study.seeds[0]))
+        if outages is not None:
+            found.append(Endurance(system, outages))
+        elif failure is not None:
+            failed[system.name] = failure
+        progress(done, len(systems))
+    failures.clear(folder)
+    sentences = [
+        failures.noted_sentence(folder, name, f"{name}: {failure.sentence}", failure)
+        for name, failure in failed.items()
+    ]
+    if not found:
+        return AvailabilityResult(folder, None, sentences)
     told = {
         **provenance_of(study, StudyResult(folder), time.perf_counter() - started),
         "years": years,
         "availability_sha256": digest,
         "fault_tree_sha256": tree.digest if tree else None,
+        "failed": sentences,
     }
-    return publish_dependability(folder, found, tree, source, told)
+    tables = publish_dependability(folder, found, tree, source, told)
+    return AvailabilityResult(folder, tables, sentences)

@@ -6,7 +6,7 @@ them. ``run.py capacity`` gives this a command line.
 """
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
 from functools import partial
@@ -16,6 +16,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 import controllers
+import failures
 from analysis import (
     CAPACITY_FILES,
     Assessment,
@@ -25,6 +26,7 @@ from analysis import (
     publish_capacity,
     refuse_foreign,
 )
+from holding import held
 from provenance import provenance_of
 from railway.arrays import FloatArray
 from railway.compression import busiest, least_shifts_s, occupation_s
@@ -36,7 +38,7 @@ from railway.timetable import Service, Timetable
 from railway.world import World
 from study import Study, StudyError, StudyResult, world_of
 from two_trains import foresight_of, simulated_headway_s
-from workers import performed
+from workers import Failure, attempt, performed
 
 GRID_M = 50.0
 """Length of a stretch of line where there are no blocks. [m]"""
@@ -70,11 +72,33 @@ class TwoTrains(NamedTuple):
 Task: TypeAlias = ByTheory | TwoTrains
 Progress: TypeAlias = Callable[[int, int], None]
 """Called with the number of finished tasks, and of all."""
+Failures: TypeAlias = dict[str, Failure]
+"""Why something is missing, by controller."""
+
+
+class Assessed(NamedTuple):
+    """What is found out about the controllers of a study, and about which of them nothing is."""
+
+    assessments: tuple[Assessment, ...]
+    failures: Failures
+
+
+class CapacityResult(NamedTuple):
+    """What is written."""
+
+    folder: Path
+    tables: CapacityTables | None
+    """None if every controller failed."""
+    failures: list[str]
+    """A sentence each."""
 
 
 def assess_capacity(
-    study: Study, check: Check = Check.CRITICAL, progress: Progress = lambda *_: None
-) -> tuple[Assessment, ...]:
+    study: Study,
+    check: Check = Check.CRITICAL,
+    progress: Progress = lambda *_: None,
+    work: Path | None = None,
+) -> Assessed:
     """
     Return what is found out about every controller of a study but peers.
 
@@ -86,11 +110,14 @@ def assess_capacity(
         Which headways to check by simulation.
     progress
         Called when a task is finished.
+    work
+        Where temporary files are kept; the system's place if None.
 
     Returns
     -------
-    tuple[Assessment, ...]
-        In the order of the controllers.
+    Assessed
+        In the order of the controllers. One that fails takes no other with it; whose simulation
+        fails is assessed by theory alone.
 
     Raises
     ------
@@ -109,38 +136,58 @@ def assess_capacity(
     radio = study.scenario.radio
     built = {spec.name: foresight_of(controllers.build(spec, world, radio)) for spec in specs}
     first_alike = _first_alike(specs)
-    headways = {
-        spec.name: _technical(world, built[spec.name], row)[1]
-        for spec in specs
-        if first_alike[spec.name] == spec.name
-    }
-    tasks: list[Task] = [ByTheory(name) for name in headways]
+    kinds = {name: built[name] for name in dict.fromkeys(first_alike.values())}
+    headways, failed = _headways(world, kinds, row)
     by_theory_s = {
         name: tuple(headway.headway_s for headway in headways[alike])
         for name, alike in first_alike.items()
+        if alike in headways
     }
-    if check is Check.CRITICAL:
-        tasks += [TwoTrains(name, known_s, None) for name, known_s in by_theory_s.items()]
-    if check is Check.ALL:
-        tasks += [
-            TwoTrains(name, known_s, call)
-            for name, known_s in by_theory_s.items()
-            for call in range(1, len(known_s) + 1)
-        ]
+    tasks: list[Task] = [*map(ByTheory, headways), *_checks(check, by_theory_s)]
     theory: dict[str, Assessment] = {}
     simulated_s = {name: np.full(len(known_s), np.nan) for name, known_s in by_theory_s.items()}
-    answers = performed(partial(_perform, study), tasks, study.jobs)
-    for finished, (task, answer) in enumerate(answers, start=1):
+    answers = performed(partial(_perform, study), tasks, study.jobs, folder=work)
+    for finished, done in enumerate(answers, start=1):
+        name, answer = done.task.controller, done.result
         if isinstance(answer, Assessment):
-            theory[task.controller] = answer
-        else:
-            known_s = simulated_s[task.controller]
-            simulated_s[task.controller] = np.where(np.isnan(answer), known_s, answer)
+            theory[name] = answer
+        elif answer is not None:
+            known_s = simulated_s[name]
+            simulated_s[name] = np.where(np.isnan(answer), known_s, answer)
+        elif done.failure is not None:
+            failed[name] = done.failure
         progress(finished, len(tasks))
-    return tuple(
+    for name, alike in first_alike.items():
+        if alike in failed and alike not in theory:
+            failed[name] = failed[alike]
+    assessments = (
         replace(theory[alike], controller=name, simulated_s=simulated_s[name])
         for name, alike in first_alike.items()
+        if alike in theory
     )
+    return Assessed(tuple(assessments), failed)
+
+
+def _headways(
+    world: World, kinds: Mapping[str, Foresight], row: int
+) -> tuple[dict[str, tuple[Headway, ...]], Failures]:
+    found: dict[str, tuple[Headway, ...]] = {}
+    failed: Failures = {}
+    for name, foresight in kinds.items():
+        technical, failure = attempt(partial(_technical, world, foresight, row))
+        if technical is not None:
+            found[name] = technical[1]
+        elif failure is not None:
+            failed[name] = failure
+    return found, failed
+
+
+def _checks(check: Check, by_theory_s: Mapping[str, tuple[float, ...]]) -> Iterator[TwoTrains]:
+    for name, known_s in by_theory_s.items():
+        if check is Check.CRITICAL:
+            yield TwoTrains(name, known_s, None)
+        if check is Check.ALL:
+            yield from (TwoTrains(name, known_s, call) for call in range(1, len(known_s) + 1))
 
 
 def pattern_row(timetable: Timetable) -> int:
@@ -184,13 +231,11 @@ def _technical(world: World, foresight: Foresight, row: int) -> tuple[Journey, t
     return journey, technical_headways(world, foresight, journey)
 
 
-def _perform(
-    study: Study, task: Task, _: Callable[[float], None]
-) -> tuple[Task, Assessment | FloatArray]:
+def _perform(study: Study, task: Task, _: Callable[[float], None]) -> Assessment | FloatArray:
     spec = next(spec for spec in study.specs if spec.name == task.controller)
     if isinstance(task, TwoTrains):
-        return task, _simulated_s(study, spec, task)
-    return task, assess_by_theory(study, spec)
+        return _simulated_s(study, spec, task)
+    return assess_by_theory(study, spec)
 
 
 def _simulated_s(study: Study, spec: ControllerSpec, task: TwoTrains) -> FloatArray:
@@ -276,7 +321,7 @@ def _occupation(world: World, foresight: Foresight) -> Occupation | None:
 
 def run_capacity(
     study: Study, out: Path, check: Check = Check.CRITICAL, progress: Progress = lambda *_: None
-) -> CapacityTables:
+) -> CapacityResult:
     """
     Assess the capacity of a scenario and write it.
 
@@ -293,17 +338,29 @@ def run_capacity(
 
     Returns
     -------
-    CapacityTables
+    CapacityResult
         What was written, and where.
 
     Raises
     ------
     FileExistsError
         If something else stands where the results would go.
+    HeldError
+        If another command writes there.
     """
     folder = out / f"{study.scenario.name}_capacity"
     refuse_foreign(folder, CAPACITY_FILES)
     started = time.perf_counter()
-    assessments = assess_capacity(study, check, progress)
-    told = provenance_of(study, StudyResult(folder), time.perf_counter() - started)
-    return publish_capacity(folder, study.scenario, assessments, {**told, "check": check.value})
+    with held(folder) as work:
+        assessments, failed = assess_capacity(study, check, progress, work)
+        told = provenance_of(study, StudyResult(folder), time.perf_counter() - started)
+        failures.clear(folder)
+        sentences = [
+            failures.noted_sentence(folder, name, f"{name}: {failure.sentence}", failure)
+            for name, failure in failed.items()
+        ]
+        if not assessments:
+            return CapacityResult(folder, None, sentences)
+        told = {**told, "check": check.value, "failed": sentences}
+        tables = publish_capacity(folder, study.scenario, assessments, told)
+        return CapacityResult(folder, tables, sentences)

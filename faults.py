@@ -6,29 +6,37 @@ Every run has one fault of one unit; it is compared with a run of the same seed 
 """
 
 import json
+import os
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 import controllers
+import failures
+import interrupts
 from analysis import FaultTables, publish_faults, refuse_foreign
+from analysis.schema import write_whole
 from controllers.control_map.measuring import CENTRE_ROW, Notice
 from controllers.control_map.wrong_maps import WrongMaps
 from controllers.protection.control_map import ControlMapOptions, Memory
+from fingerprint import sources_sha256
+from holding import held
 from provenance import provenance_of
 from railway.faults import Fault, FaultKind, Variant
 from railway.random_faults import draw_fault
 from railway.records import RunRecord
 from railway.scenario import ControllerSpec
 from railway.state import Authority, LineState, Reason
+from store import VERSIONED
 from study import Study, StudyError, StudyResult, run_once, world_of
-from workers import performed
+from workers import Failure, performed
 
 VERSION = 2
 """Of what a run of the campaign is; runs of another one are not continued."""
@@ -73,6 +81,17 @@ class Task(NamedTuple):
     """:data:`BASELINE` for the run of a seed without fault."""
     seed: int
 
+    def __str__(self) -> str:
+        if self.number == BASELINE:
+            return f"run without fault (seed {self.seed})"
+        return f"run {self.number} (seed {self.seed})"
+
+    @property
+    def file_name(self) -> str:
+        """The same for a file, without an ending."""
+        number = "baseline" if self.number == BASELINE else f"run_{self.number}"
+        return f"{number}_seed_{self.seed}"
+
 
 @dataclass(frozen=True, slots=True)
 class Campaign:
@@ -109,6 +128,8 @@ class Campaign:
             "controller": spec.name,
             "options": controllers.options_of(spec),
             "step_s": self.study.step_s,
+            "versions": {name: version(name) for name in VERSIONED},
+            "sources_sha256": sources_sha256(),
         }
 
 
@@ -119,6 +140,8 @@ class CampaignResult(NamedTuple):
     unsafe: list[str]
     """Sentences about what was unsafe, run by run."""
     interrupted: bool
+    failures: list[str]
+    """Sentences about runs that failed; the same command tries them again."""
 
 
 def run_campaign(
@@ -148,6 +171,8 @@ def run_campaign(
         another campaign.
     FileExistsError
         If something else stands where the results would go.
+    HeldError
+        If another command writes there.
     """
     if len(campaign.study.specs) != 1 or campaign.spec.protection != PROTECTION:
         chosen = ", ".join(spec.name for spec in campaign.study.specs)
@@ -155,27 +180,48 @@ def run_campaign(
         raise StudyError(msg)
     folder = out / f"{campaign.study.scenario.name}_faults"
     refuse_foreign(folder, (JOURNAL,))
+    with held(folder) as work:
+        return _run(campaign, folder, work, progress)
+
+
+def _run(campaign: Campaign, folder: Path, work: Path, progress: Progress) -> CampaignResult:
     started = time.perf_counter()
-    folder.mkdir(parents=True, exist_ok=True)
     journal = Journal(folder / JOURNAL, campaign)
+    failed: dict[Task, Failure] = {}
     interrupted = False
+    missing = journal.missing(campaign.tasks)
+    answers = performed(partial(_perform, campaign), missing, campaign.study.jobs, folder=work)
     try:
-        missing = journal.missing(campaign.tasks)
-        for finding in performed(partial(_perform, campaign), missing, campaign.study.jobs):
-            journal.add(finding)
-            progress(len(journal.done), len(campaign.tasks))
+        with closing(answers):
+            for done in answers:
+                if done.result is not None:
+                    with interrupts.undisturbed():
+                        journal.add(done.result)
+                elif done.failure is not None:
+                    failed[done.task] = done.failure
+                progress(len(journal.done) + len(failed), len(campaign.tasks))
     except KeyboardInterrupt:
+        interrupts.answered()
         interrupted = True
+        if not journal.done:
+            # Earlier results, if there are any, stay as they are.
+            raise
+    failures.clear(folder)
+    sentences = [
+        failures.noted_sentence(folder, task.file_name, f"{task}: {failure.sentence}", failure)
+        for task, failure in failed.items()
+    ]
     rows = journal.rows(campaign.tasks)
     result = StudyResult(folder, interrupted=interrupted)
     told = provenance_of(campaign.study, result, time.perf_counter() - started)
-    tables = publish_faults(folder, rows, {**told, "finished_runs": len(rows)})
+    told = {**told, "finished_runs": len(rows), "failed": sentences}
+    tables = publish_faults(folder, rows, told)
     unsafe = [
         f"run {row['run']} ({row['variant']} of {row['unit']}): {row['first_event']}"
         for row in rows
         if row["unsafe_events"]
     ]
-    return CampaignResult(tables, unsafe, interrupted)
+    return CampaignResult(tables, unsafe, interrupted, sentences)
 
 
 class Journal:
@@ -196,7 +242,8 @@ class Journal:
             self.done = {task: finding for task, finding in known.items() if task in tasks}
         else:
             whole = [_line(settings)]
-        file.write_bytes(b"".join(whole))
+        self._begun = b"".join(whole)
+        """What the file must hold before anything is added; earlier runs stay until then."""
 
     def _read(self, line: bytes, number: int) -> Finding:
         with suppress(ValueError):
@@ -238,8 +285,13 @@ class Journal:
         finding
             What was found out.
         """
+        if self._begun:
+            write_whole(self._file, self._begun)
+            self._begun = b""
         with self._file.open("ab") as file:
             file.write(_line(finding))
+            file.flush()
+            os.fsync(file.fileno())
         self.done[Task(finding["number"], finding["seed"])] = finding
 
     def rows(self, tasks: Sequence[Task]) -> list[dict[str, Any]]:

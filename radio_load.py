@@ -13,6 +13,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+import failures
 from analysis import (
     RADIO_FILES,
     CellPoint,
@@ -25,6 +26,7 @@ from analysis import (
     read_saved_run,
     refuse_foreign,
 )
+from holding import held
 from provenance import provenance_of
 from railway.arrays import FloatArray
 from railway.network import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
@@ -77,6 +79,16 @@ Task: TypeAlias = EvenTrains | RunTrains | FullCell
 Found: TypeAlias = LoadCase | tuple[CellPoint, ...]
 Progress: TypeAlias = Callable[[int, int], None]
 """Called with the number of finished tasks, and of all."""
+
+
+class RadioResult(NamedTuple):
+    """What is written."""
+
+    folder: Path
+    tables: RadioTables | None
+    """None if every system failed."""
+    failures: list[str]
+    """A sentence each."""
 
 
 def tasks_of(plan: RadioPlan) -> tuple[Task, ...]:
@@ -181,8 +193,8 @@ def _full_cell(system: RadioSystem, question: Question) -> Iterator[CellPoint]:
         )
 
 
-def _perform(question: Question, task: Task, _: Callable[[float], None]) -> tuple[Task, Found]:
-    return task, perform(question, task)
+def _perform(question: Question, task: Task, _: Callable[[float], None]) -> Found:
+    return perform(question, task)
 
 
 def run_radio(
@@ -192,7 +204,7 @@ def run_radio(
     out: Path,
     controller: str | None = None,
     progress: Progress = lambda *_: None,
-) -> RadioTables:
+) -> RadioResult:
     """
     Simulate the radio traffic of a saved run and write what is found.
 
@@ -213,8 +225,8 @@ def run_radio(
 
     Returns
     -------
-    RadioTables
-        What was found and written.
+    RadioResult
+        What was found and written; a system that fails takes no other with it.
 
     Raises
     ------
@@ -228,20 +240,42 @@ def run_radio(
     folder = out / f"{study.scenario.name}_radio"
     plan = load_radio_plan(scenario_folder, study.scenario.line)
     refuse_foreign(folder, RADIO_FILES)
-    started = time.perf_counter()
     run = read_saved_run(results, controller)
     if run.scenario not in {"", study.scenario.name}:
         msg = f"{results}: of the scenario {run.scenario}; allowed: a run of {study.scenario.name}"
         raise SavedRunError(msg)
-    question = Question(plan, run, study.seeds[0])
-    tasks, found = tasks_of(plan), {}
+    with held(folder) as work:
+        return _simulated(study, folder, work, Question(plan, run, study.seeds[0]), progress)
+
+
+def _simulated(
+    study: Study, folder: Path, work: Path, question: Question, progress: Progress
+) -> RadioResult:
+    started = time.perf_counter()
+    plan, run = question.plan, question.run
+    tasks, found, failed = tasks_of(plan), {}, {}
     progress(0, len(tasks))
-    for task, answer in performed(partial(_perform, question), tasks, study.jobs):
-        found[task] = answer
-        progress(len(found), len(tasks))
-    in_order = [found[task] for task in tasks]
+    answers = performed(partial(_perform, question), tasks, study.jobs, folder=work)
+    for finished, done in enumerate(answers, start=1):
+        if done.result is not None:
+            found[done.task] = done.result
+        elif done.failure is not None:
+            failed[done.task.system] = done.failure
+        progress(finished, len(tasks))
+    in_order = [found[task] for task in tasks if task.system not in failed]
     cases = [answer for answer in in_order if isinstance(answer, LoadCase)]
     points = [point for answer in in_order if isinstance(answer, tuple) for point in answer]
+    failures.clear(folder)
+    names = {number: plan.systems[number].name for number in failed}
+    sentences = [
+        failures.noted_sentence(
+            folder, names[number], f"{names[number]}: {failure.sentence}", failure
+        )
+        for number, failure in failed.items()
+    ]
+    if not cases:
+        return RadioResult(folder, None, sentences)
+    whole = tuple(system for number, system in enumerate(plan.systems) if number not in failed)
     told = {
         **provenance_of(study, StudyResult(folder), time.perf_counter() - started),
         "radio_network_sha256": plan.digest,
@@ -251,5 +285,8 @@ def run_radio(
             "seed": run.seed,
             "scenario_sha256": run.scenario_digest,
         },
+        "failed": sentences,
     }
-    return publish_radio(folder, study.scenario.title, run, plan, cases, points, told)
+    plan = replace(plan, systems=whole)
+    tables = publish_radio(folder, study.scenario.title, run, plan, cases, points, told)
+    return RadioResult(folder, tables, sentences)

@@ -1,7 +1,12 @@
 """Kankaku on the command line: ``python run.py scenarios/rush_hour``."""
 
+import interrupts
+
+if __name__ == "__main__":
+    # Before everything else is imported, which takes seconds.
+    interrupts.end_at_once()
+
 import os
-import signal
 from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
@@ -20,6 +25,8 @@ import faults
 import radio_load
 import study
 from analysis import (
+    CapacityTables,
+    DependabilityTables,
     RadioTables,
     availability_texts,
     capacity_texts,
@@ -32,23 +39,36 @@ from analysis import (
     radio_sentences,
     sweep_texts,
 )
+from interrupts import EXIT_INTERRUPTED, end_as_by_ctrl_c
+from railway.scenario import Scenario
 from screen import (
     EXIT_BAD_INPUT,
-    EXIT_INTERRUPTED,
+    EXIT_FAILED,
+    EXIT_VIOLATION,
     SIDE_BY_SIDE,
+    Log,
     answers,
     bars,
     console,
-    list_sentences,
+    counted,
+    counted_text,
+    exit_status,
     refusals,
+    show_group,
     show_side_by_side,
     show_table,
     show_warnings,
 )
 
-__all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "EXIT_VIOLATION", "app", "end_as_by_ctrl_c"]
+__all__ = [
+    "EXIT_BAD_INPUT",
+    "EXIT_FAILED",
+    "EXIT_INTERRUPTED",
+    "EXIT_VIOLATION",
+    "app",
+    "end_as_by_ctrl_c",
+]
 
-EXIT_VIOLATION = 3
 STEP_RANGE_S = (0.01, 0.5)
 SEED_MAX = 2**63 - 1
 COMPARE = "compare"
@@ -66,6 +86,17 @@ class Commands(TyperGroup):
         """Name the command where the user did not."""
         named = bool(args) and args[0] in self.commands
         return super().parse_args(ctx, args if named else [COMPARE, *args])
+
+    def invoke(self, ctx: Any) -> Any:  # noqa: ANN401 - private type
+        """Run the command; whoever interrupts it, at any moment, reads one sentence."""
+        interrupts.under_way()
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            console.print("Interrupted: what was finished is kept.")
+            raise typer.Exit(EXIT_INTERRUPTED) from None
+        finally:
+            interrupts.over()
 
 
 class Unnamed(TyperCommand):
@@ -152,6 +183,9 @@ Seed: TypeAlias = Annotated[
     int | None, typer.Option(min=0, max=SEED_MAX, help="Seed; the scenario's own if not given.")
 ]
 Out: TypeAlias = Annotated[Path, typer.Option(help="Where results go.")]
+Fresh: TypeAlias = Annotated[
+    bool, typer.Option("--fresh", help="Start anew instead of continuing earlier runs.")
+]
 PROCESSORS = os.cpu_count() or 1
 OUT = Path("out")
 
@@ -167,6 +201,7 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument per option of the command 
     step: Step = None,
     jobs: Jobs = PROCESSORS,
     out: Out = OUT,
+    fresh: Fresh = False,
     gui: Annotated[bool, typer.Option("--gui", help="Show the runs in sumo-gui.")] = False,
     list_controllers: Annotated[  # noqa: ARG001 - handled by its callback
         bool,
@@ -188,9 +223,10 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument per option of the command 
             step_s=step,
             jobs=jobs,
             gui=gui,
+            fresh=fresh,
         )
         result = _run(chosen, out)
-    _report(result)
+    _report(result, chosen)
 
 
 @app.command("capacity")
@@ -208,23 +244,28 @@ def show_capacity(
     """Tell how close trains can follow each other under the controllers of a scenario."""
     with refusals(scenario, out):
         chosen = _chosen(scenario, names=controller or (), step_s=step, jobs=jobs, everything=True)
-        with bars() as shown:
-            bar = shown.add_task("capacity")
-            found = capacity.run_capacity(
-                chosen,
-                out,
-                simulate,
-                lambda done, total: shown.update(bar, completed=done, total=total),
-            )
-    names = {station.id: station.name for station in chosen.scenario.line.stations}
+        with counted("capacity") as progress:
+            found = capacity.run_capacity(chosen, out, simulate, progress)
+    if found.tables is not None:
+        _show_capacity(found.tables, chosen.scenario)
+    _end_with(found.failures)
+
+
+def _show_capacity(tables: CapacityTables, scenario: Scenario) -> None:
+    names = {station.id: station.name for station in scenario.line.stations}
     answers.print("Headways in seconds by blocking times; in brackets: of two simulated trains")
-    header, rows, notes = headway_texts(found.headways, names)
+    header, rows, notes = headway_texts(tables.headways, names)
     show_side_by_side(header, rows, kept=2, shown=SIDE_BY_SIDE - 1)
     for note in notes:
         answers.print(escape(note))
-    header, rows = capacity_texts(found.capacity, names)
+    header, rows = capacity_texts(tables.capacity, names)
     show_side_by_side(header, rows, kept=1, shown=SIDE_BY_SIDE)
-    answers.print(f"Results: {found.folder}", soft_wrap=True)
+    answers.print(f"Results: {tables.folder}", soft_wrap=True)
+
+
+def _end_with(failures: list[str]) -> None:
+    show_group(counted_text(len(failures), "failure", "failures"), failures)
+    _end(exit_status(violations=False, failures=bool(failures), interrupted=False))
 
 
 @app.command("faults")
@@ -238,19 +279,14 @@ def show_faults(  # noqa: PLR0913, PLR0917 - one argument per option of the comm
     step: Step = None,
     jobs: Jobs = PROCESSORS,
     out: Out = OUT,
-    fresh: Annotated[
-        bool, typer.Option("--fresh", help="Start anew instead of continuing earlier runs.")
-    ] = False,
+    fresh: Fresh = False,
 ) -> None:
     """Let trains, equipment and the centre of a control map fail, one thing in each run."""
     with refusals(scenario, out):
         chosen = _chosen(scenario, names=(controller,), seed=seed, step_s=step, jobs=jobs)
         campaign = faults.Campaign(chosen, runs, fresh)
-        with bars() as shown:
-            bar = shown.add_task("faults")
-            found = faults.run_campaign(
-                campaign, out, lambda done, total: shown.update(bar, completed=done, total=total)
-            )
+        with counted("faults") as progress:
+            found = faults.run_campaign(campaign, out, progress)
     header, rows = fault_texts(found.tables.table)
     shown_table = Table(*map(escape, header))
     for column in shown_table.columns[-3:]:
@@ -259,16 +295,19 @@ def show_faults(  # noqa: PLR0913, PLR0917 - one argument per option of the comm
         shown_table.add_row(*map(escape, row))
     answers.print(shown_table)
     answers.print(f"Results: {found.tables.folder}", soft_wrap=True)
+    show_group(f"{counted_text(len(found.failures), 'run', 'runs')} failed", found.failures)
     if found.interrupted:
         again = "without --fresh " if fresh else ""
         told = f"Interrupted: what was finished is kept; the same command {again}continues."
-        console.print(told)
-    if found.unsafe:
-        console.print(f"[bold red]{len(found.unsafe)} runs with unsafe events[/]")
-        list_sentences(found.unsafe)
-        raise typer.Exit(EXIT_VIOLATION)
-    if found.interrupted:
-        raise typer.Exit(EXIT_INTERRUPTED)
+        console.print(told, soft_wrap=True)
+    show_group(f"{len(found.unsafe)} runs with unsafe events", found.unsafe)
+    _end(
+        exit_status(
+            violations=bool(found.unsafe),
+            failures=bool(found.failures),
+            interrupted=found.interrupted,
+        )
+    )
 
 
 @app.command("radio")
@@ -292,26 +331,24 @@ def show_radio(
     with refusals(scenario, out):
         chosen = _chosen(scenario, seed=seed, jobs=jobs)
         place = OUT / chosen.scenario.name if results is None else results
-        with bars() as shown:
-            bar = shown.add_task("radio")
-            found = radio_load.run_radio(
-                chosen,
-                scenario,
-                place,
-                out,
-                controller,
-                lambda done, total: shown.update(bar, completed=done, total=total),
-            )
-    for system in found.plan.systems:
-        show_table(*_radio_table(found, system.name))
-    if found.plan.source:
-        answers.print(f"Published: {escape(found.plan.source)}", soft_wrap=True)
-    for sentence in radio_sentences(found.cases, found.points, found.plan):
+        with counted("radio") as progress:
+            found = radio_load.run_radio(chosen, scenario, place, out, controller, progress)
+    if found.tables is not None:
+        _show_radio(found.tables, chosen.scenario, place)
+    _end_with(found.failures)
+
+
+def _show_radio(tables: RadioTables, scenario: Scenario, place: Path) -> None:
+    for system in tables.plan.systems:
+        show_table(*_radio_table(tables, system.name))
+    if tables.plan.source:
+        answers.print(f"Published: {escape(tables.plan.source)}", soft_wrap=True)
+    for sentence in radio_sentences(tables.cases, tables.points, tables.plan):
         answers.print(escape(sentence))
-    if found.run.scenario_digest != chosen.scenario.digest:
+    if tables.run.scenario_digest != scenario.digest:
         told = f"{escape(str(place))}: of a scenario that has been changed since."
         answers.print(told, soft_wrap=True)
-    answers.print(f"Results: {found.folder}", soft_wrap=True)
+    answers.print(f"Results: {tables.folder}", soft_wrap=True)
 
 
 def _radio_table(found: RadioTables, system: str) -> list[list[str]]:
@@ -332,24 +369,23 @@ def show_availability(
     """Tell how often devices stop the line, and what would have to fail for an accident."""
     with refusals(scenario, out):
         chosen = _chosen(scenario, seed=seed)
-        with bars() as shown:
-            bar = shown.add_task("availability")
-            found = availability.run_availability(
-                chosen,
-                scenario,
-                out,
-                years,
-                lambda done, total: shown.update(bar, completed=done, total=total),
-            )
-    header, rows = availability_texts(found.systems)
+        with counted("availability") as progress:
+            found = availability.run_availability(chosen, scenario, out, years, progress)
+    if found.tables is not None:
+        _show_availability(found.tables, years)
+    _end_with(found.failures)
+
+
+def _show_availability(tables: DependabilityTables, years: int) -> None:
+    header, rows = availability_texts(tables.systems)
     show_side_by_side(header, rows, kept=1, shown=SIDE_BY_SIDE - 1)
-    if found.source:
-        answers.print(f"In brackets: {escape(found.source)}", soft_wrap=True)
+    if tables.source:
+        answers.print(f"In brackets: {escape(tables.source)}", soft_wrap=True)
     answers.print(f"Simulated: {years:,} years, means with 99 % intervals")
-    if found.tree:
-        header, rows = fault_tree_texts(found.tree)
+    if tables.tree:
+        header, rows = fault_tree_texts(tables.tree)
         show_table(header, *rows)
-    answers.print(f"Results: {found.folder}", soft_wrap=True)
+    answers.print(f"Results: {tables.folder}", soft_wrap=True)
 
 
 def _chosen(scenario: Path, **choices: Any) -> study.Study:  # noqa: ANN401 - as of study.choose
@@ -360,6 +396,8 @@ def _chosen(scenario: Path, **choices: Any) -> study.Study:  # noqa: ANN401 - as
 
 
 def _run(chosen: study.Study, out: Path) -> study.StudyResult:
+    if not console.is_terminal:
+        return _run_with_log(chosen, out)
     with bars(Clock()) as shown:
         # Of each controller.
         runs = len(chosen.tasks) // len(chosen.specs)
@@ -376,10 +414,27 @@ def _run(chosen: study.Study, out: Path) -> study.StudyResult:
             total_s = max(together_s, runs * expected_s)
             shown.update(bar_of[name], completed=together_s, total=total_s)
 
-        return study.run_study(chosen, out, show)
+        return study.run_study(chosen, out, show, _say)
 
 
-def _report(result: study.StudyResult) -> None:
+def _run_with_log(chosen: study.Study, out: Path) -> study.StudyResult:
+    log = Log()
+
+    def show(task: study.Task, done_s: float, expected_s: float) -> None:
+        share = 100.0 * min(done_s / expected_s, 1.0) if expected_s > 0.0 else 100.0
+        log.tell(f"{task}: {share:.0f} %")
+
+    def tell(task: study.Task, end: str, done: int, total: int) -> None:
+        log.tell(f"{task}: {end}, {done} of {total}", always=True)
+
+    return study.run_study(chosen, out, show, _say, tell)
+
+
+def _say(sentence: str) -> None:
+    console.print(escape(sentence), soft_wrap=True, highlight=False)
+
+
+def _report(result: study.StudyResult, chosen: study.Study) -> None:
     if result.summary is not None:
         if result.sweep:
             header, rows = sweep_texts(result.sweep.indicators)
@@ -393,26 +448,70 @@ def _report(result: study.StudyResult) -> None:
                 answers.print(f"In brackets: change against {escape(header[1])}")
             show_side_by_side(header, rows, kept=2, shown=SIDE_BY_SIDE - 1)
         answers.print(f"Results: {result.folder}", soft_wrap=True)
-    if result.violations:
-        console.print(f"[bold red]{len(result.violations)} safety violations[/]")
-        list_sentences(result.violations)
+    show_group(
+        counted_text(len(result.violations), "safety violation", "safety violations"),
+        result.violations,
+    )
+    show_group(counted_text(len(result.failures), "failure", "failures"), result.failures)
+    show_group(
+        "Not all trains had finished", unfinished_texts(result, chosen.scenario), style="yellow"
+    )
     if result.interrupted:
         told = "what was finished is kept" if result.outcomes else "no run was finished"
-        console.print(f"Interrupted: {told}.")
-    if result.violations:
-        raise typer.Exit(EXIT_VIOLATION)
-    if result.interrupted:
-        raise typer.Exit(EXIT_INTERRUPTED)
+        again = " without --fresh" if chosen.fresh else ""
+        more = f"; the same command{again} goes on from there" if result.outcomes else ""
+        console.print(f"Interrupted: {told}{more}.", soft_wrap=True)
+    status = exit_status(
+        violations=bool(result.violations),
+        failures=bool(result.failures),
+        interrupted=result.interrupted,
+    )
+    _end(status)
 
 
-def end_as_by_ctrl_c() -> None:
-    """Let a closed terminal or a kill end the worker processes, too; nohup stays nohup."""
-    for name in ("SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
-            signal.signal(number, signal.default_int_handler)
+def _end(status: int) -> None:
+    if status:
+        raise typer.Exit(status)
+
+
+def unfinished_texts(result: study.StudyResult, scenario: Scenario) -> list[str]:
+    """
+    Return how many trains had not finished when a run was given up.
+
+    Parameters
+    ----------
+    result
+        What was run.
+    scenario
+        How long a run waits for late trains.
+
+    Returns
+    -------
+    list[str]
+        A sentence for each run that was asked for and that it is true of.
+    """
+    if result.summary is None:
+        return []
+    columns = ["controller", "seed", "initial_delay_s", "trains", "trains_completed"]
+    left = {
+        (name, seed, delay_s): trains - completed
+        for name, seed, delay_s, trains, completed in result.summary[columns].itertuples(
+            index=False, name=None
+        )
+    }
+    sentences = []
+    for outcome in result.outcomes:
+        task = outcome.task
+        count = left[task.controller, task.seed, task.initial_delay_s or 0.0]
+        # What ended early is told of as a failure.
+        if count and not outcome.failure:
+            trains = counted_text(count, "train", "trains")
+            patience = f"patience_min = {scenario.patience_s / 60.0:g}"
+            swept = f", {task.initial_delay_s:.1f} s" if task.initial_delay_s is not None else ""
+            told = f"{trains} had not finished when {patience} ended the run"
+            sentences.append(f"{told} ({task.controller}, seed {task.seed}{swept})")
+    return sentences
 
 
 if __name__ == "__main__":
-    end_as_by_ctrl_c()
     app()

@@ -1,6 +1,7 @@
 """What every command shows: answers, progress, and complaints that fit on one screen."""
 
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NoReturn
@@ -14,12 +15,17 @@ from rich.table import Table
 import controllers
 import study
 from analysis import SavedRunError
+from holding import HeldError
+from interrupts import EXIT_INTERRUPTED
 from scenarios import ScenarioError
 
+EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
-EXIT_INTERRUPTED = 130
+EXIT_VIOLATION = 3
 SIDE_BY_SIDE = 4
 """Controllers in one table, the first one in all; more do not fit on a screen."""
+LOG_EVERY_S = 10.0
+"""A log file is written to at most so often, but for runs that are finished. [s]"""
 SHOWN_SENTENCES = 10
 """So that the first ones stay on the screen."""
 MAIN_FILE = "scenario.toml"
@@ -52,6 +58,56 @@ def bars(*columns: ProgressColumn) -> Progress:
     )
 
 
+class Log:
+    """Lines now and then, for a log file; nobody wants bars there."""
+
+    def __init__(self) -> None:
+        self._begun_s = time.monotonic()
+        self._told_s = self._begun_s
+
+    def tell(self, sentence: str, *, always: bool = False) -> None:
+        """
+        Write a line with the time taken so far.
+
+        Parameters
+        ----------
+        sentence
+            What to tell.
+        always
+            Even if it is not long since the last one.
+        """
+        now_s = time.monotonic()
+        if always or now_s - self._told_s >= LOG_EVERY_S:
+            self._told_s = now_s
+            minutes, seconds = divmod(int(now_s - self._begun_s), 60)
+            told = f"{sentence}, {minutes:02d}:{seconds:02d}"
+            console.print(escape(told), soft_wrap=True, highlight=False)
+
+
+@contextmanager
+def counted(name: str) -> Iterator[Callable[[int, int], None]]:
+    """
+    Show how many of several tasks are finished.
+
+    Parameters
+    ----------
+    name
+        What is done.
+
+    Yields
+    ------
+    Callable[[int, int], None]
+        To be called with the number of finished tasks, and of all.
+    """
+    if console.is_terminal:
+        with bars() as shown:
+            bar = shown.add_task(name)
+            yield lambda done, total: shown.update(bar, completed=done, total=total)
+    else:
+        log = Log()
+        yield lambda done, total: log.tell(f"{name}: {done} of {total}", always=done == total)
+
+
 @contextmanager
 def refusals(scenario: Path, out: Path) -> Iterator[None]:
     """
@@ -74,13 +130,13 @@ def refusals(scenario: Path, out: Path) -> Iterator[None]:
     except controllers.ControllerError as error:
         place = "" if error.where.startswith("--") else f"{MAIN_FILE}: "
         complain(f"{scenario} cannot be run", [f"{place}{error}"])
-    except (SavedRunError, study.StudyError) as error:
+    except (HeldError, SavedRunError, study.StudyError) as error:
         complain(f"{scenario} cannot be run", [str(error)])
     except OSError as error:
         told = f"{error.filename or out}: {error.strerror}" if error.strerror else str(error)
         complain(f"{scenario} cannot be run", [told])
     except KeyboardInterrupt:
-        console.print("Interrupted: nothing was written.")
+        console.print("Interrupted: nothing new was written.")
         raise typer.Exit(EXIT_INTERRUPTED) from None
 
 
@@ -132,6 +188,70 @@ def show_warnings(sentences: Sequence[str]) -> None:
     if sentences:
         console.print(f"[yellow]{len(sentences)} doubtful[/]")
         list_sentences(sentences)
+
+
+def show_group(title: str, sentences: Sequence[str], style: str = "bold red") -> None:
+    """
+    Tell some sentences under their own heading; nothing if there are none.
+
+    Parameters
+    ----------
+    title
+        The heading.
+    sentences
+        To the error stream.
+    style
+        Of the heading.
+    """
+    if sentences:
+        console.print(f"[{style}]{escape(title)}[/]", soft_wrap=True)
+        list_sentences(sentences)
+
+
+def counted_text(number: int, one: str, many: str) -> str:
+    """
+    Return a number with its noun.
+
+    Parameters
+    ----------
+    number
+        How many.
+    one
+        The noun for one.
+    many
+        The noun for others.
+
+    Returns
+    -------
+    str
+        For example "2 runs failed".
+    """
+    return f"{number} {one if number == 1 else many}"
+
+
+def exit_status(*, violations: bool, failures: bool, interrupted: bool) -> int:
+    """
+    Return how a command ends.
+
+    Parameters
+    ----------
+    violations
+        Safety was violated.
+    failures
+        A run failed.
+    interrupted
+        The user gave up.
+
+    Returns
+    -------
+    int
+        The gravest of them.
+    """
+    if violations:
+        return EXIT_VIOLATION
+    if failures:
+        return EXIT_FAILED
+    return EXIT_INTERRUPTED if interrupted else 0
 
 
 def show_table(header: Sequence[str], *rows: Sequence[str]) -> None:

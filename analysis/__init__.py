@@ -18,7 +18,7 @@ from analysis.dependability_publishing import (
 )
 from analysis.faults import FaultTables, fault_texts, publish_faults
 from analysis.interval_diagram import interval_figure
-from analysis.publishing import Findings, publish, put_in_place
+from analysis.publishing import Findings, publish
 from analysis.radio_load import CellPoint, LoadCase, late_share
 from analysis.radio_publishing import RADIO_FILES, RadioTables, publish_radio
 from analysis.radio_texts import radio_load_texts, radio_sentences
@@ -79,7 +79,6 @@ __all__ = [
     "publish_dependability",
     "publish_faults",
     "publish_radio",
-    "put_in_place",
     "radio_load_texts",
     "radio_sentences",
     "read_intervals",

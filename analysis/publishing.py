@@ -55,6 +55,8 @@ def publish(
     provenance: Mapping[str, Any],
     *,
     by_radio: Collection[str] = (),
+    failures: Sequence[str] = (),
+    figures: bool = True,
 ) -> Findings:
     """
     Write summary, stations, columns, provenance, figures and report.
@@ -78,6 +80,10 @@ def publish(
         What was run; anything that JSON can hold.
     by_radio
         Names of the controllers whose trains take their commands by radio.
+    failures
+        Sentences about runs that failed, for the report.
+    figures
+        Draw figures.
 
     Returns
     -------
@@ -102,13 +108,22 @@ def publish(
     drawn_s = shown_delays_s([(run.controller, run.initial_delay_s) for run in runs])
     drawn = [run for run in runs if run.seed == runs[0].seed and run.initial_delay_s in drawn_s]
     shown = [run for run in drawn if run.initial_delay_s == drawn_s[-1]]
-    figures = _figures(scenario, findings.sweep, drawn, shown, stations)
-    figures |= _maps(scenario, [run for run in shown if run.controller in by_radio], stations)
-    for name, figure in figures.items():
+    made = {}
+    if figures:
+        made = _figures(scenario, findings.sweep, drawn, shown, stations)
+        made |= _maps(scenario, [run for run in shown if run.controller in by_radio], stations)
+    for name, figure in made.items():
+        (folder / name).parent.mkdir(exist_ok=True)
         write_figure(figure, folder / name)
-    images = [f"{name}.png" for name in figures]
+    images = [f"{name}.png" for name in made]
     report = report_text(
-        scenario.title, shown, findings.summary, provenance, images, swept=findings.sweep
+        scenario.title,
+        shown,
+        findings.summary,
+        provenance,
+        images,
+        swept=findings.sweep,
+        failures=failures,
     )
     write_whole(folder / "report.md", report)
     write_whole(folder / "columns.csv", csv_text(columns_frame(explained), COLUMNS))
@@ -120,33 +135,6 @@ def publish(
     # Last, because a folder counts as results once it has a summary.
     write_whole(folder / "summary.csv", csv_text(findings.summary, SUMMARY))
     return findings
-
-
-def put_in_place(work: Path, target: Path, aside: Path) -> None:
-    """
-    Put a results folder in the place of earlier results; what the user laid there stays.
-
-    Parameters
-    ----------
-    work
-        The new folder.
-    target
-        Where it belongs.
-    aside
-        Where the earlier results go, on the same disk; must not exist.
-    """
-    if target.exists():
-        target.replace(aside)
-    work.replace(target)
-    if aside.exists():
-        for item in aside.iterdir():
-            if not (target / item.name).exists() and not _is_ours(item):
-                item.replace(target / item.name)
-
-
-def _is_ours(item: Path) -> bool:
-    places = ("calls.csv", "seed_*/calls.csv", "delay_*/calls.csv")
-    return item.name in PUBLISHED_FILES or any(any(item.glob(place)) for place in places)
 
 
 def _figures(

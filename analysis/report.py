@@ -92,6 +92,7 @@ def report_text(
     figures: Iterable[str],
     *,
     swept: SweepTables | None = None,
+    failures: Sequence[str] = (),
 ) -> str:
     """
     Return the report.
@@ -110,6 +111,8 @@ def report_text(
         File names of the figures beside the report.
     swept
         What a sweep shows, in place of the comparison; None without a sweep.
+    failures
+        Sentences about runs that failed and are in no table.
 
     Returns
     -------
@@ -119,7 +122,7 @@ def report_text(
     sections = (
         [f"# {title}"],
         _what_was_run(summary, provenance),
-        [*_safety(summary, swept=swept is not None), *_peers(provenance)],
+        [*_safety(summary, swept=swept is not None), *_peers(provenance), *_failed(failures)],
         _swept(swept) if swept else _compared(summary),
         _reasons(runs),
         [f"![{label_of(name.rpartition('.')[0])}]({name})" for name in figures],
@@ -151,6 +154,12 @@ def _safety(summary: pd.DataFrame, *, swept: bool) -> list[str]:
         f"{row['trains']} trains completed. Do not use its other figures.**\n"
         for row in rows_of(bad)
     ]
+
+
+def _failed(failures: Sequence[str]) -> list[str]:
+    if not failures:
+        return []
+    return ["", "**Runs that failed are in no table:**", "", *(f"- {told}" for told in failures)]
 
 
 def _run_text(row: Mapping[str, Any], *, swept: bool) -> str:

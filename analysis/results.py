@@ -30,6 +30,14 @@ COLUMNS = (
 )
 RESULT_FILES = ("summary.csv", "columns.csv")
 """Every results folder of a run has them."""
+RUN_RECORD = "run.json"
+"""What a finished run was made from, beside its tables."""
+UNFINISHED = ".unfinished"
+"""Folder for temporary files in a results folder; the next command there removes it."""
+FAILURES = "failures"
+"""Folder with a text for each run that failed."""
+RUN_PLACES = ("*", "*/seed_*", "*/delay_*")
+"""Where runs may lie in a results folder."""
 WRITTEN_TABLES: Mapping[str, tuple[Column, ...]] = {
     "summary": SUMMARY,
     "stations": STATIONS,
@@ -201,17 +209,38 @@ def refuse_foreign(folder: Path, files: Sequence[str]) -> None:
     Raises
     ------
     FileExistsError
-        If there is something, neither such results nor an empty folder, or if its place is no
-        folder.
+        If there is something, neither such results nor finished runs nor an empty folder, or if
+        its place is no folder.
     """
     nearest = next(place for place in folder.absolute().parents if place.exists())
     if not nearest.is_dir():
         msg = f"{nearest}: is no folder; choose another one"
         raise FileExistsError(msg)
-    empty = folder.is_dir() and not any(folder.iterdir())
-    if folder.exists() and not empty and not _holds(folder, files):
+    # Who was killed, or failed, may have left no more than this.
+    empty = folder.is_dir() and {item.name for item in folder.iterdir()} <= {UNFINISHED, FAILURES}
+    ours = empty or _holds(folder, files) or any(places_of(folder, RUN_RECORD))
+    if folder.exists() and not ours:
         msg = f"{folder}: exists and holds no results of this program; choose another folder"
         raise FileExistsError(msg)
+
+
+def places_of(folder: Path, file: str) -> list[Path]:
+    """
+    Return where in a results folder runs lie.
+
+    Parameters
+    ----------
+    folder
+        Results folder.
+    file
+        A file that their folders hold.
+
+    Returns
+    -------
+    list[Path]
+        Folders of the runs, in order of their names.
+    """
+    return sorted(found.parent for place in RUN_PLACES for found in folder.glob(f"{place}/{file}"))
 
 
 def _holds(folder: Path, files: Sequence[str]) -> bool:

@@ -65,7 +65,13 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
     Returns
     -------
     RunRecord
-        Everything that happened, safety violations included.
+        Everything that happened, safety violations included. If the engine or a controller
+        fails after a violation, the record ends there and says so.
+
+    Raises
+    ------
+    Exception
+        What the engine or a controller raises while no safety invariant was violated.
     """
     protection, operation, drive = controller.protection, controller.operation, controller.drive
     units = None
@@ -93,29 +99,39 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
     last_booked_s = float(
         np.max(world.booked_departure_s, initial=0.0, where=np.isfinite(world.booked_departure_s))
     )
-    steps = 0
-    while True:
-        seen = engine.observe()
-        state = tracker.update(seen)
-        if seen.collided:
-            monitor.note_collisions(seen.collided, seen.time_s)
-        authority, permitted = protection.authorise(state, permitted)
-        if wayside.unsettled:
-            link = authority.link
-            wayside.settle(state, link.covered_m if link else authority.limit_m)
-        advice, planned = operation.advise(state, authority, planned)
-        command = drive.command(state, authority, advice)
-        recorder.write(state, authority, advice, command)
-        if tracker.finished or seen.time_s > last_booked_s + patience_s:
-            break
-        engine.apply(command.speed_mps)
-        engine.advance()
-        steps += 1
-        if steps % REPORT_EVERY_STEPS == 0:
-            progress(seen.time_s)
-    recorder.flush()
-    progress(seen.time_s)
-    monitor.note_stalled(np.flatnonzero(~tracker.completed), seen.time_s)
+    steps, now_s, failure = 0, float("nan"), ""
+    try:
+        while True:
+            seen = engine.observe()
+            now_s = seen.time_s
+            state = tracker.update(seen)
+            monitor.note_collisions(seen.collided, now_s)
+            authority, permitted = protection.authorise(state, permitted)
+            if wayside.unsettled:
+                link = authority.link
+                wayside.settle(state, link.covered_m if link else authority.limit_m)
+            advice, planned = operation.advise(state, authority, planned)
+            command = drive.command(state, authority, advice)
+            recorder.write(state, authority, advice, command)
+            if tracker.finished or now_s > last_booked_s + patience_s:
+                break
+            engine.apply(command.speed_mps)
+            engine.advance()
+            steps += 1
+            if steps % REPORT_EVERY_STEPS == 0:
+                progress(now_s)
+    except Exception as error:
+        if steps:
+            progress(now_s)
+        recorder.flush()
+        # An engine may do anything with trains that have met; that they met must be told.
+        if not monitor.violations():
+            raise
+        failure = f"ended at {now_s:.1f} s: {sentence_of(error)}"
+    else:
+        recorder.flush()
+        progress(now_s)
+        monitor.note_stalled(np.flatnonzero(~tracker.completed), now_s)
     return RunRecord(
         controller=controller.name,
         seed=seed,
@@ -132,4 +148,23 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
         obstructions=wayside.obstructions(),
         completed=tracker.completed,
         train_steps=recorder.train_steps,
+        failure=failure,
     )
+
+
+def sentence_of(error: BaseException) -> str:
+    """
+    Return an error in one line.
+
+    Parameters
+    ----------
+    error
+        Any error.
+
+    Returns
+    -------
+    str
+        Its kind and what it says.
+    """
+    told = " ".join(str(error).split())
+    return f"{type(error).__name__}: {told}" if told else type(error).__name__

@@ -204,3 +204,5 @@ class RunRecord:
     """The train left at the end of the line. shape (n_trains,)"""
     train_steps: int
     """Steps in which a train was on the line, summed over trains."""
+    failure: str = ""
+    """What ended the run after violations, in a sentence; empty if it came to its end."""

@@ -396,6 +396,7 @@ def close(sumo: Any, error: BaseException | None) -> None:  # noqa: ANN401
     KeyboardInterrupt
         If the window is closed.
     """
-    if isinstance(error, sumo.FatalTraCIError):
+    # Only a window can be closed; inside this process it is an error as any other.
+    if isinstance(error, sumo.FatalTraCIError) and sumo.__name__ == "traci":
         raise KeyboardInterrupt from error
     sumo.close()

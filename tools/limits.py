@@ -28,6 +28,7 @@ def main() -> None:
         seeds=SEEDS,
         step_s=0.2,
         jobs=2,
+        fresh=True,
     )
     rows = []
     for cap_s in CAPS_S:

@@ -98,7 +98,7 @@ def main() -> None:
     ]
     out = PROJECT / "out" / "losses"
     out.mkdir(parents=True, exist_ok=True)
-    rows = list(performed(perform, tasks, JOBS))
+    rows = [done.value() for done in performed(perform, tasks, JOBS)]
     losses = pd.DataFrame(rows).sort_values(list(Task._fields), ignore_index=True)
     losses.round(3).to_csv(out / "losses.csv", index=False)
     write_figure(loss_figure(losses), out / "losses")

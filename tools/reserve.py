@@ -48,7 +48,7 @@ def with_reserve(spec: ControllerSpec, reserve_s: float) -> ControllerSpec:
 def main() -> None:
     """Run, print the table, and write ``out/reserve.csv``."""
     chosen = study.choose(
-        PROJECT / "scenarios" / "rush_hour", names=(*BESIDE, MAP), seeds=SEEDS, jobs=2
+        PROJECT / "scenarios" / "rush_hour", names=(*BESIDE, MAP), seeds=SEEDS, jobs=2, fresh=True
     )
     *beside, mapped = chosen.specs
     specs = (*beside, *(with_reserve(mapped, reserve_s) for reserve_s in RESERVES_S))

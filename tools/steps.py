@@ -36,6 +36,7 @@ def main() -> None:
             seeds=SEEDS,
             step_s=step_s,
             jobs=2,
+            fresh=True,
         )
         summary = study.run_study(chosen, out / f"{step_s:g}").summary
         if summary is None:

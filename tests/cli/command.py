@@ -5,16 +5,20 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from typer.testing import CliRunner
 
+import interrupts
 import run
 from tests.unit.scenario_folder import write_scenario
 
 PROJECT = Path(__file__).parents[2]
 WIDE = {"COLUMNS": "200"}
+FAILED = 1
 BAD_INPUT = 2
 SCREEN_LINES = 24
 PATIENCE_S = 300.0
@@ -56,16 +60,33 @@ def refused(*arguments: str | Path) -> str:
 
 def start(script: Path, *arguments: str | Path) -> subprocess.Popen[str]:
     """Start a script as a process of its own, like a terminal in a process group of its own."""
-    # Tests that run in the background ignore Ctrl-C, and what they start would do so, too.
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    return subprocess.Popen(  # noqa: S603
-        [sys.executable, str(script), *map(str, arguments)],
-        env={**os.environ, **WIDE, "PYTHONPATH": str(PROJECT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
+    with heard_signals():
+        return subprocess.Popen(  # noqa: S603
+            [sys.executable, str(script), *map(str, arguments)],
+            env={**os.environ, **WIDE, "PYTHONPATH": str(PROJECT)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+
+
+@contextmanager
+def heard_signals() -> Iterator[None]:
+    """
+    Let what is started hear every signal that ends a command.
+
+    Tests in the background ignore Ctrl-C, those under ``nohup`` a closed terminal, and what
+    they start would do so, too; what is handled here is as usual there.
+    """
+    usual = {number: signal.getsignal(number) for number in interrupts.ENDING}
+    for number in usual:
+        signal.signal(number, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for number, handler in usual.items():
+            signal.signal(number, handler)
 
 
 def press_ctrl_c(process: subprocess.Popen[str]) -> Screen:
@@ -99,6 +120,11 @@ def peer(folder: Path, name: str) -> None:
     """Add a peer to a scenario, under its own name."""
     with (folder / "scenario.toml").open("a", encoding="utf-8") as file:
         file.write(f'\n[controllers.{name}]\npeer = "{name}"\n')
+
+
+def is_note_of_time(name: str) -> bool:
+    """Return whether a file of a results folder says when something was done."""
+    return name.rpartition("/")[2] in {"provenance.json", "run.json"}
 
 
 def contents(folder: Path) -> dict[str, bytes]:

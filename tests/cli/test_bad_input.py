@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import BAD_INPUT, SCREEN_LINES, Screen, kankaku, peer
+from analysis import read_results
+from tests.cli.command import BAD_INPUT, FAILED, SCREEN_LINES, Screen, kankaku, peer
 from tests.unit.scenario_folder import FILES, replace, write_scenario
 
 
@@ -116,17 +117,18 @@ def test_a_peer_that_needs_blocks_is_refused_on_a_line_without(folder: Path) -> 
     assert "allowed: a line with blocks.csv, or sumo_native_moving" in told
 
 
-def test_a_line_on_which_a_peer_leaves_a_stop_out_is_refused_with_the_run(folder: Path) -> None:
+def test_a_line_on_which_a_peer_leaves_a_stop_out_costs_that_run_alone(folder: Path) -> None:
     peer(folder, "sumo_native_fixed")
     # SUMO takes the slope from the drawn line, and the geometry of this one is far too long.
     (folder / "geometry.csv").unlink()
     replace(folder, "gradients.csv", "0.5,0.9,-10\n", "0.5,0.9,-10\n2.0,3.5,-30\n")
     replace(folder, "blocks.csv", "1.6,2.5\ns2,south-1,2.5", "1.6,3.02\ns2,south-1,3.02")
     screen = kankaku(folder, "--out", folder.parent / "out", "--jobs", "1")
-    assert screen.status == BAD_INPUT
-    assert "sumo_native_fixed (seed 7): SUMO ran A1 past a booked stop" in screen.complaints
+    assert screen.status == FAILED
+    assert "sumo_native_fixed (seed 7) at " in screen.complaints
+    assert "SUMO ran A1 past a booked stop" in screen.complaints
     assert "Traceback" not in screen.complaints
-    assert not list((folder.parent / "out").iterdir())
+    assert read_results(folder.parent / "out" / "small").controllers == ("plain",)
 
 
 def test_a_controller_that_the_scenario_does_not_name_is_refused(folder: Path) -> None:

@@ -40,7 +40,7 @@ def test_the_screen_shows_headways_by_station_and_the_capacity(
     for told in ("Middle", "Last", "trains per hour", "occupation [%]", "critical station"):
         assert told in screen.answers
     assert f"Results: {results}" in screen.answers
-    assert "100 %" in screen.complaints
+    assert "capacity: 6 of 6, " in screen.complaints
 
 
 def test_the_folder_holds_tables_figures_and_an_explanation_of_every_column(results: Path) -> None:

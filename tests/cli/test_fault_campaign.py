@@ -42,7 +42,7 @@ def test_the_screen_tells_what_became_of_each_fault(screen: Screen, results: Pat
     for told in ("fault", "detection", "reaction", "stopped", "caused", "unsafe"):
         assert told in screen.answers
     assert f"Results: {results}" in screen.answers
-    assert "100 %" in screen.complaints
+    assert f"faults: {2 * RUNS} of {2 * RUNS}, " in screen.complaints
 
 
 def test_the_folder_holds_every_run_and_what_columns_mean(results: Path) -> None:

@@ -11,7 +11,15 @@ import pytest
 
 from analysis import read_results
 from scenarios import load
-from tests.cli.command import PROJECT, Screen, contents, kankaku, peer, two_controllers
+from tests.cli.command import (
+    PROJECT,
+    Screen,
+    contents,
+    is_note_of_time,
+    kankaku,
+    peer,
+    two_controllers,
+)
 from tests.unit.scenario_folder import write_scenario
 
 TABLES = {
@@ -19,6 +27,7 @@ TABLES = {
     "energy.csv",
     "interstation_stops.csv",
     "obstructions.csv",
+    "run.json",
     "trajectory.parquet",
     "violations.csv",
 }
@@ -69,9 +78,13 @@ def test_the_screen_compares_the_controllers_and_names_the_folder(
     assert f"Results: {results}" in screen.answers
 
 
-def test_the_progress_bar_goes_to_the_error_stream_only(screen: Screen) -> None:
-    assert "100 %" in screen.complaints
-    assert "100 %" not in screen.answers
+def test_a_log_file_gets_a_line_for_each_run_and_no_bar(screen: Screen) -> None:
+    lines = screen.complaints.splitlines()
+    assert [line.rpartition(",")[0] for line in lines] == [
+        "plain (seed 7): finished, 1 of 2",
+        "second (seed 7): finished, 2 of 2",
+    ]
+    assert "finished" not in screen.answers
 
 
 def test_the_folder_is_complete_and_holds_nothing_hidden(results: Path) -> None:
@@ -156,13 +169,22 @@ def test_one_chosen_controller_is_run_alone_and_the_order_is_the_users(
     assert summary["controller"].tolist() == ["second", "plain"]
 
 
-def test_new_results_replace_old_ones_whole(place: Path) -> None:
+def test_running_some_controllers_keeps_the_results_of_the_others(place: Path) -> None:
     folder = two_controllers(place / "again")
-    assert kankaku(folder, "--out", place / "out_2", "--jobs", "1").status == 0
-    assert kankaku(folder, "--out", place / "out_2", "--controller", "plain").status == 0
-    left = {item.name for item in (place / "out_2" / "again").iterdir()}
-    assert "plain" in left
-    assert "second" not in left
+    assert kankaku(folder, "--out", place / "out_2", "--controller", "second").status == 0
+    added = kankaku(folder, "--out", place / "out_2", "--controller", "plain")
+    assert added.status == 0
+    read = read_results(place / "out_2" / "again")
+    assert read.controllers == ("plain", "second")
+    header = next(line for line in added.answers.splitlines() if "indicator" in line)
+    assert header.index("plain") < header.index("second")
+    assert list(read.provenance["controllers"]) == ["plain", "second"]
+    assert all(run["finished"] for run in read.provenance["runs"])
+    whole = kankaku(folder, "--out", place / "out_2_whole", "--jobs", "1")
+    assert whole.status == 0
+    once, by_parts = (contents(place / out / "again") for out in ("out_2_whole", "out_2"))
+    assert once.keys() == by_parts.keys()
+    assert all(is_note_of_time(name) for name in once if once[name] != by_parts[name])
 
 
 def test_same_input_same_bytes(place: Path, results: Path) -> None:
@@ -171,7 +193,7 @@ def test_same_input_same_bytes(place: Path, results: Path) -> None:
     first, second = contents(results), contents(place / "repeated" / "small")
     assert first.keys() == second.keys()
     differing = {name for name in first if first[name] != second[name]}
-    assert differing <= {"provenance.json"}
+    assert all(map(is_note_of_time, differing))
 
 
 def test_several_seeds_have_a_folder_each_and_a_confidence_interval(place: Path) -> None:

@@ -84,7 +84,7 @@ def test_the_screen_shows_the_load_and_answers_in_sentences(place: Path, radio: 
     ):
         assert told in radio.answers.replace("\n", " "), told
     assert "changed since" not in radio.answers
-    assert "100 %" in radio.complaints
+    assert "radio: 6 of 6, " in radio.complaints
 
 
 def test_the_folder_of_the_radio_explains_every_column(place: Path, radio: Screen) -> None:

@@ -165,7 +165,8 @@ def test_earlier_results_survive_when_nothing_was_finished(folder: Path, tmp_pat
     chosen = study.choose(folder)
     study.run_study(chosen, tmp_path / "out")
     before = contents(tmp_path / "out")
-    result = study.run_study(chosen, tmp_path / "out", Interrupting("plain"))
+    again = study.choose(folder, fresh=True)
+    result = study.run_study(again, tmp_path / "out", Interrupting("plain"))
     assert result.interrupted
     assert result.summary is None
     assert contents(tmp_path / "out") == before
@@ -243,5 +244,5 @@ def test_a_scenario_that_is_no_longer_a_sweep_leaves_no_old_intervals(tmp_path: 
     one = study.choose(folder, names=("close_up",))
     study.run_study(one, tmp_path / "out")
     assert read_results(tmp_path / "out" / "small").intervals is not None
-    study.run_study(study.choose(write_scenario(folder)), tmp_path / "out")
+    study.run_study(study.choose(write_scenario(folder), fresh=True), tmp_path / "out")
     assert read_results(tmp_path / "out" / "small").intervals is None

@@ -1,0 +1,89 @@
+"""Who writes to a results folder: one command at a time, and nothing stays of one that died."""
+
+import errno
+import fcntl
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import interrupts
+from analysis.results import UNFINISHED
+
+
+class HeldError(ValueError):
+    """Somebody else writes to a results folder."""
+
+
+@contextmanager
+def held(folder: Path) -> Iterator[Path]:
+    """
+    Hold a results folder, and remove what commands left there that were killed.
+
+    The lock lies on the folder itself and goes with the process, however that ends.
+
+    Parameters
+    ----------
+    folder
+        Results folder; made if missing, and removed again if it stays empty.
+
+    Yields
+    ------
+    Path
+        Where temporary files may be kept, on the same disk; removed at the end.
+
+    Raises
+    ------
+    HeldError
+        If another command holds it.
+    """
+    lock = _locked(folder)
+    try:
+        yield _cleaned(folder)
+    finally:
+        with interrupts.undisturbed():
+            shutil.rmtree(folder / UNFINISHED, ignore_errors=True)
+            with suppress(OSError):
+                folder.rmdir()
+            os.close(lock)
+
+
+def _cleaned(folder: Path) -> Path:
+    place = folder / UNFINISHED
+    while True:
+        # Workers of a command that was killed a moment ago may still remove the same files.
+        shutil.rmtree(place, ignore_errors=True)
+        with suppress(FileNotFoundError):
+            place.mkdir(exist_ok=True)
+            return Path(tempfile.mkdtemp(dir=place))
+
+
+def _locked(folder: Path) -> int:
+    while True:
+        folder.mkdir(parents=True, exist_ok=True)
+        with suppress(FileNotFoundError):
+            lock = os.open(folder, os.O_RDONLY)
+            try:
+                _lock(lock, folder)
+                if os.path.samestat(os.fstat(lock), folder.stat()):
+                    return lock
+            except BaseException:
+                os.close(lock)
+                raise
+            # Whoever held it has just removed it, empty.
+            os.close(lock)
+
+
+def _lock(lock: int, folder: Path) -> None:
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        msg = f"{folder}: another command is writing its results there; "
+        msg += "allowed: wait until it has ended, or another --out"
+        raise HeldError(msg) from None
+    except OSError as error:
+        # Some network disks know no locks, and must do without.
+        if error.errno not in {errno.EBADF, errno.ENOLCK, errno.EOPNOTSUPP, errno.EINVAL}:
+            raise

@@ -1,0 +1,132 @@
+"""What a study is asked for and what it answers, in plain data."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
+
+import pandas as pd
+
+from analysis import SweepTables
+from railway.scenario import ControllerSpec, Scenario
+from store import Kept, Task
+
+
+class StudyError(ValueError):
+    """What of a scenario cannot be run: the option or the run, and what is wrong."""
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """What to run."""
+
+    scenario: Scenario
+    specs: tuple[ControllerSpec, ...]
+    seeds: tuple[int, ...]
+    step_s: float
+    jobs: int = 1
+    gui: bool = False
+    fresh: bool = False
+    """Run what is finished in the results folder, too."""
+
+    def __post_init__(self) -> None:
+        if self.scenario.sweep and len(self.seeds) > 1:
+            msg = f"--seeds: {len(self.seeds)} seeds of a scenario with a sweep; allowed: 1"
+            raise StudyError(msg)
+
+    @property
+    def delays_s(self) -> tuple[float | None, ...]:
+        """Initial delays of the sweep; a single None without one. [s]"""
+        sweep = self.scenario.sweep
+        return sweep.delays_s if sweep else (None,)
+
+    @property
+    def tasks(self) -> tuple[Task, ...]:
+        """Controllers in order, then seeds, then initial delays."""
+        return tuple(
+            Task(spec.name, seed, delay_s)
+            for spec in self.specs
+            for seed in self.seeds
+            for delay_s in self.delays_s
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What the whole study needs to know of a run whose tables are written."""
+
+    task: Task
+    violations: tuple[str, ...]
+    wall_s: float
+    train_steps: int
+    failure: str = ""
+    """What ended the run after violations; empty if it came to its end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """A run without results."""
+
+    task: Task
+    time_s: float | None
+    """Simulated time up to which it came, seconds after midnight. [s]"""
+    sentence: str
+    file: Path | None = None
+    """Where the traceback is."""
+
+    def __str__(self) -> str:
+        at = ""
+        if self.time_s is not None:
+            minutes, seconds = divmod(int(self.time_s), 60)
+            at = f" at {minutes // 60:02d}:{minutes % 60:02d}:{seconds:02d}"
+        return f"{self.task}{at}: {self.sentence}"
+
+
+@dataclass(slots=True)
+class StudyResult:
+    """What is finished."""
+
+    folder: Path
+    summary: pd.DataFrame | None = None
+    """Of all runs that the folder holds; None if nothing was published."""
+    sweep: SweepTables | None = None
+    outcomes: list[Outcome] = field(default_factory=list)
+    """Of the runs that were asked for, earlier ones included."""
+    kept: list[Kept] = field(default_factory=list)
+    """All runs that the folder holds."""
+    failed: list[Failed] = field(default_factory=list)
+    troubles: list[str] = field(default_factory=list)
+    """What else went wrong, a sentence each."""
+    interrupted: bool = False
+
+    @property
+    def violations(self) -> list[str]:
+        """Sentences about every violation, run by run."""
+        return [
+            f"{outcome.task}: {sentence}"
+            for outcome in self.outcomes
+            for sentence in outcome.violations
+        ]
+
+    @property
+    def failures(self) -> list[str]:
+        """Sentences about every run that failed or was ended early, and what else went wrong."""
+        ended = [f"{run.task} {run.failure}" for run in self.outcomes if run.failure]
+        files = {failed: f" ({failed.file})" if failed.file else "" for failed in self.failed}
+        return [*(f"{one}{file}" for one, file in files.items()), *ended, *self.troubles]
+
+
+Progress: TypeAlias = Callable[[Task, float, float], None]
+"""Called with the task, its simulated seconds so far and those expected in all."""
+Say: TypeAlias = Callable[[str], None]
+"""Called with sentences about what is finished."""
+Tell: TypeAlias = Callable[[Task, str, int, int], None]
+"""Called with a run that has ended, how it ended, how many have, and how many there are."""
+
+
+class Hearers(NamedTuple):
+    """Who wants to know how a study comes along."""
+
+    progress: Progress
+    say: Say
+    tell: Tell
