@@ -28,6 +28,7 @@ from analysis import (
     fault_texts,
     fault_tree_texts,
     headway_texts,
+    pattern_text,
     radio_load_texts,
     radio_sentences,
     sweep_texts,
@@ -222,6 +223,7 @@ def show_capacity(
     show_side_by_side(header, rows, kept=2, shown=SIDE_BY_SIDE - 1)
     for note in notes:
         answers.print(escape(note))
+    answers.print(escape(pattern_text(found.capacity)), soft_wrap=True)
     header, rows = capacity_texts(found.capacity, names)
     show_side_by_side(header, rows, kept=1, shown=SIDE_BY_SIDE)
     answers.print(f"Results: {found.folder}", soft_wrap=True)

@@ -6,6 +6,8 @@ from analysis.capacity import (
     Stretches,
     capacity_texts,
     headway_texts,
+    pattern_text,
+    percent_of,
 )
 from analysis.capacity_publishing import CAPACITY_FILES, CapacityTables, publish_capacity
 from analysis.compare import comparison, comparison_texts
@@ -74,6 +76,8 @@ __all__ = [
     "interval_figure",
     "late_share",
     "measured_frame",
+    "pattern_text",
+    "percent_of",
     "publish",
     "publish_capacity",
     "publish_dependability",
