@@ -421,7 +421,7 @@ def pattern_text(capacity: pd.DataFrame) -> str:
     row = rows_of(capacity)[0]
     begin_s = row["busiest_begin_s"]
     return (
-        f"Pattern: train {row['train']}, for {row['pattern_trains']} of the "
+        f"Pattern: train {row['train']}, for {row['pattern_trains']} of "
         f"{row['busiest_trains']} trains of the busiest hour ({_clock(begin_s)} to "
         f"{_clock(begin_s + BUSIEST_S)} at their last stations), with the median of their booked "
         f"dwells, {row['pattern_dwell_s']:.0f} s behind the first station"
