@@ -24,6 +24,7 @@ from analysis import (
     availability_texts,
     capacity_texts,
     comparison,
+    comparison_note,
     comparison_texts,
     fault_texts,
     fault_tree_texts,
@@ -390,9 +391,10 @@ def _report(result: study.StudyResult) -> None:
                 source = escape(result.sweep.published.source)
                 answers.print(f"Published: {source}", soft_wrap=True)
         else:
-            header, rows = comparison_texts(comparison(result.summary))
+            compared = comparison(result.summary)
+            header, rows = comparison_texts(compared)
             if header[2:]:
-                answers.print(f"In brackets: change against {escape(header[1])}")
+                answers.print(escape(comparison_note(compared)), soft_wrap=True)
             show_side_by_side(header, rows, kept=2, shown=SIDE_BY_SIDE - 1)
         answers.print(f"Results: {result.folder}", soft_wrap=True)
     if result.violations:

@@ -10,7 +10,7 @@ from analysis.capacity import (
     percent_of,
 )
 from analysis.capacity_publishing import CAPACITY_FILES, CapacityTables, publish_capacity
-from analysis.compare import comparison, comparison_texts
+from analysis.compare import change_pct, comparison, comparison_note, comparison_texts
 from analysis.delay import technical_run_times_s
 from analysis.dependability import Endurance, availability_texts, fault_tree_texts
 from analysis.dependability_publishing import (
@@ -66,7 +66,9 @@ __all__ = [
     "SweepTables",
     "availability_texts",
     "capacity_texts",
+    "change_pct",
     "comparison",
+    "comparison_note",
     "comparison_texts",
     "fault_texts",
     "fault_tree_texts",

@@ -40,7 +40,9 @@ CAPACITY = (
     Column("critical_dwell_s", "float64", "s", "booked dwell there"),
     Column("train", "str", "", "train whose pattern both trains of a headway have"),
     Column("pattern_trains", "int64", "", "trains of the busiest 60 minutes with that pattern"),
-    Column("pattern_dwell_s", "float64", "s", "booked dwells of the train, all calls but the first"),
+    Column(
+        "pattern_dwell_s", "float64", "s", "booked dwells of the train, all calls but the first"
+    ),
     Column("trains_per_hour", "float64", "1/h", "3600 s over the headway of the line"),
     Column("scheduled_speed_kmh", "float64", "km/h", "distance over time, all dwells included"),
     Column("transport_capacity", "float64", "km/h 1/h", "scheduled speed times trains per hour"),
@@ -48,7 +50,9 @@ CAPACITY = (
     Column("booked_s", "float64", "s", "from first to last arrival at the last station, booked"),
     Column("compressed_s", "float64", "s", "the same with the booked trains moved together"),
     Column("occupation_percent", "float64", "%", "compressed over booked"),
-    Column("busiest_begin_s", "float64", "s", "when the busiest 60 minutes begin, by last arrivals"),
+    Column(
+        "busiest_begin_s", "float64", "s", "when the busiest 60 minutes begin, by last arrivals"
+    ),
     Column("busiest_trains", "int64", "", "trains that reach their last station in them"),
     Column("busiest_occupation_percent", "float64", "%", "occupation by these trains alone"),
 )
