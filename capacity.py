@@ -23,16 +23,18 @@ from analysis import (
     CapacityTables,
     Occupation,
     Stretches,
+    percent_of,
     publish_capacity,
     refuse_foreign,
 )
 from holding import held
 from provenance import provenance_of
 from railway.arrays import FloatArray
-from railway.compression import busiest, least_shifts_s, occupation_s
+from railway.compression import least_shifts_s, occupation_s
 from railway.control import Controller, Foresight, exclusive_pieces
 from railway.headway import Headway, blocking_times_s, technical_headways
 from railway.journey import Journey, booked_journey, technical_journey
+from railway.pattern import PeakPattern, busiest_hour, peak_pattern
 from railway.scenario import ControllerSpec
 from railway.timetable import Service, Timetable
 from railway.world import World
@@ -42,7 +44,6 @@ from workers import Failure, attempt, performed
 
 GRID_M = 50.0
 """Length of a stretch of line where there are no blocks. [m]"""
-BUSIEST_S = 3600.0
 
 
 class Check(Enum):
@@ -126,7 +127,7 @@ def assess_capacity(
     ControllerError
         If a controller cannot be built.
     """
-    row = pattern_row(study.scenario.timetable)
+    row = pattern_of_peak(study.scenario.timetable).row
     # A peer does not say beforehand what it will permit.
     specs = [spec for spec in study.specs if spec.peer is None]
     if not specs:
@@ -190,9 +191,9 @@ def _checks(check: Check, by_theory_s: Mapping[str, tuple[float, ...]]) -> Itera
             yield from (TwoTrains(name, known_s, call) for call in range(1, len(known_s) + 1))
 
 
-def pattern_row(timetable: Timetable) -> int:
+def pattern_of_peak(timetable: Timetable) -> PeakPattern:
     """
-    Return the train whose pattern both trains of a headway have.
+    Return the pattern that both trains of a headway have.
 
     Parameters
     ----------
@@ -201,19 +202,19 @@ def pattern_row(timetable: Timetable) -> int:
 
     Returns
     -------
-    int
-        Row of the first of the trains with the most calls.
+    PeakPattern
+        The most frequent one of the busiest hour.
 
     Raises
     ------
     StudyError
         If no train calls twice.
     """
-    calls = [len(service.calls) for service in timetable.services]
-    if max(calls) < 2:
+    found = peak_pattern(timetable)
+    if found is None:
         msg = "calls.csv: no train calls at two stations; allowed: a train that does"
         raise StudyError(msg)
-    return int(np.argmax(calls))
+    return found
 
 
 def _first_alike(specs: Sequence[ControllerSpec]) -> dict[str, str]:
@@ -240,7 +241,7 @@ def _perform(study: Study, task: Task, _: Callable[[float], None]) -> Assessment
 
 def _simulated_s(study: Study, spec: ControllerSpec, task: TwoTrains) -> FloatArray:
     """Return headways as simulated; not a number where they need not be known. [s]"""
-    row = pattern_row(study.scenario.timetable)
+    row = pattern_of_peak(study.scenario.timetable).row
     by_theory_s = np.array(task.by_theory_s)
     simulated_s = np.full(by_theory_s.size, np.nan)
     call = task.call or 1 + int(by_theory_s.argmax())
@@ -272,8 +273,8 @@ def assess_by_theory(study: Study, spec: ControllerSpec) -> Assessment:
     """
     world = world_of(study.scenario, study.step_s)
     controller = controllers.build(spec, world, study.scenario.radio)
-    row = pattern_row(study.scenario.timetable)
-    service = study.scenario.timetable.services[row]
+    pattern = pattern_of_peak(study.scenario.timetable)
+    row, service = pattern.row, study.scenario.timetable.services[pattern.row]
     foresight = foresight_of(controller)
     journey, headways = _technical(world, foresight, row)
     stretches = _stretches(controller, world, service)
@@ -282,6 +283,7 @@ def assess_by_theory(study: Study, spec: ControllerSpec) -> Assessment:
         controller=spec.name,
         protection=spec.protection,
         service=service,
+        pattern=pattern,
         journey=journey,
         headways=headways,
         stretches=stretches,
@@ -312,11 +314,12 @@ def _occupation(world: World, foresight: Foresight) -> Occupation | None:
         return None
     least_s = least_shifts_s(world, foresight, journeys)
     compressed_s, booked_s = occupation_s(journeys, rows, least_s)
-    peak = busiest(journeys, BUSIEST_S)
+    hour = busiest_hour(world.timetable)
+    peak = hour.rows if hour else ()
     if len(peak) < 2:
-        return Occupation(booked_s, compressed_s, len(peak), np.nan)
+        return Occupation(booked_s, compressed_s, np.nan)
     peak_compressed_s, peak_booked_s = occupation_s(journeys, peak, least_s)
-    return Occupation(booked_s, compressed_s, len(peak), 100.0 * peak_compressed_s / peak_booked_s)
+    return Occupation(booked_s, compressed_s, percent_of(peak_compressed_s, peak_booked_s))
 
 
 def run_capacity(

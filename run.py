@@ -7,7 +7,6 @@ if __name__ == "__main__":
     interrupts.end_at_once()
 
 import os
-from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
@@ -20,7 +19,6 @@ from typer.core import TyperCommand, TyperGroup
 
 import availability
 import capacity
-import controllers
 import faults
 import radio_load
 import study
@@ -31,16 +29,20 @@ from analysis import (
     availability_texts,
     capacity_texts,
     comparison,
+    comparison_note,
     comparison_texts,
     fault_texts,
     fault_tree_texts,
     headway_texts,
+    pattern_text,
     radio_load_texts,
     radio_sentences,
     sweep_texts,
 )
 from interrupts import EXIT_INTERRUPTED, end_as_by_ctrl_c
+from listing import Listing, controllers_of, known_controllers, versions
 from railway.scenario import Scenario
+from scenarios import load
 from screen import (
     EXIT_BAD_INPUT,
     EXIT_FAILED,
@@ -49,6 +51,7 @@ from screen import (
     Log,
     answers,
     bars,
+    complain,
     console,
     counted,
     counted_text,
@@ -122,34 +125,33 @@ class Clock(ProgressColumn):
         return Text(f"{minutes // 60:d} h {minutes % 60:02d} min, {speed_up:,.0f} x", no_wrap=True)
 
 
-def _list_controllers(value: bool) -> None:
-    if not value:
+def _show_versions(value: bool) -> None:
+    if value:
+        answers.print(versions(), highlight=False)
+        raise typer.Exit
+
+
+def _list_controllers(scenario: Path | None) -> None:
+    """Show the controllers of a scenario; without one, all that a scenario can name."""
+    if scenario is None:
+        for listing in known_controllers():
+            _show_listing(listing)
+        answers.print(
+            "A scenario names controllers as pairs of protection and operation, or as a peer: "
+            "see its scenario.toml. Any other pair is --controller protection+operation."
+        )
         return
-    for title, registry in (
-        ("Protection (how far and how fast a train may go)", controllers.PROTECTIONS),
-        ("Operation (how it uses that permission)", controllers.OPERATIONS),
-    ):
-        table = Table("name", "what it does", "options", title=title, title_justify="left")
-        for name, layer in registry.items():
-            options = (f"{field.name} = {_toml(field.default)}" for field in fields(layer.options))
-            table.add_row(name, layer.summary, "\n".join(options))
-        answers.print(table)
-    title = "Peer (drives the trains itself)"
-    peers = Table("name", "what it does", title=title, title_justify="left")
-    for name, peer in controllers.PEERS.items():
-        peers.add_row(name, peer.summary)
-    answers.print(peers)
-    answers.print(
-        "A scenario names controllers as pairs of protection and operation, or as a peer: "
-        "see its scenario.toml."
-    )
-    raise typer.Exit
+    with refusals(scenario, OUT):
+        chosen = load(scenario)
+        listing = controllers_of(chosen.title, chosen.controllers)
+    _show_listing(listing)
 
 
-def _toml(value: object) -> str:
-    if isinstance(value, tuple):
-        return f"[{', '.join(map(_toml, value))}]"
-    return str(value).lower() if isinstance(value, bool) else str(value)
+def _show_listing(listing: Listing) -> None:
+    table = Table(*listing.header, title=escape(listing.title), title_justify="left")
+    for row in listing.rows:
+        table.add_row(*map(escape, row))
+    answers.print(table)
 
 
 def _whole_milliseconds(step_s: float | None) -> float | None:
@@ -165,7 +167,18 @@ ScenarioFolder: TypeAlias = Annotated[
 ]
 Names: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option(help="Controller of the scenario; repeat for several, baseline first."),
+    typer.Option(
+        help="Controller of the scenario, or protection+operation; repeat for several, baseline "
+        "first."
+    ),
+]
+Settings: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME.OPTION=VALUE",
+        help="Another value of an option, e.g. two_stage.slowest_kmh=20; repeat for several.",
+    ),
 ]
 Step: TypeAlias = Annotated[
     float | None,
@@ -192,8 +205,16 @@ OUT = Path("out")
 
 @app.command(COMPARE, cls=Unnamed, epilog=OTHERS)
 def compare(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
-    scenario: ScenarioFolder,
+    scenario: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="SCENARIO",
+            show_default=False,
+            help="Scenario folder, e.g. scenarios/rush_hour.",
+        ),
+    ] = None,
     controller: Names = None,
+    settings: Settings = None,
     seed: Annotated[
         int | None, typer.Option(min=0, max=SEED_MAX, help="Seed of the dwell delays.")
     ] = None,
@@ -203,21 +224,31 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument per option of the command 
     out: Out = OUT,
     fresh: Fresh = False,
     gui: Annotated[bool, typer.Option("--gui", help="Show the runs in sumo-gui.")] = False,
-    list_controllers: Annotated[  # noqa: ARG001 - handled by its callback
+    list_controllers: Annotated[
         bool,
         typer.Option(
             "--list-controllers",
-            callback=_list_controllers,
-            is_eager=True,
-            help="Show what protections, operations and peers there are.",
+            help="Show the controllers of the scenario; without one, all that there are.",
+        ),
+    ] = False,
+    version: Annotated[  # noqa: ARG001 - handled by its callback
+        bool,
+        typer.Option(
+            "--version", callback=_show_versions, is_eager=True, help="Show what runs here."
         ),
     ] = False,
 ) -> None:
     """Run the controllers of a scenario on the same trains and delays, and compare them."""
+    if list_controllers:
+        _list_controllers(scenario)
+        return
+    if scenario is None:
+        complain("Nothing to run", ["SCENARIO: missing; allowed: a scenario folder"])
     with refusals(scenario, out):
         chosen = _chosen(
             scenario,
             names=controller or (),
+            settings=settings or (),
             seed=seed,
             seeds=seeds,
             step_s=step,
@@ -230,9 +261,10 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument per option of the command 
 
 
 @app.command("capacity")
-def show_capacity(
+def show_capacity(  # noqa: PLR0917 - one argument per option of the command line
     scenario: ScenarioFolder,
     controller: Names = None,
+    settings: Settings = None,
     simulate: Annotated[
         capacity.Check,
         typer.Option(help="Which headways two simulated trains check: those of the line, or all."),
@@ -243,7 +275,14 @@ def show_capacity(
 ) -> None:
     """Tell how close trains can follow each other under the controllers of a scenario."""
     with refusals(scenario, out):
-        chosen = _chosen(scenario, names=controller or (), step_s=step, jobs=jobs, everything=True)
+        chosen = _chosen(
+            scenario,
+            names=controller or (),
+            settings=settings or (),
+            step_s=step,
+            jobs=jobs,
+            everything=True,
+        )
         with counted("capacity") as progress:
             found = capacity.run_capacity(chosen, out, simulate, progress)
     if found.tables is not None:
@@ -258,6 +297,7 @@ def _show_capacity(tables: CapacityTables, scenario: Scenario) -> None:
     show_side_by_side(header, rows, kept=2, shown=SIDE_BY_SIDE - 1)
     for note in notes:
         answers.print(escape(note))
+    answers.print(escape(pattern_text(tables.capacity)), soft_wrap=True)
     header, rows = capacity_texts(tables.capacity, names)
     show_side_by_side(header, rows, kept=1, shown=SIDE_BY_SIDE)
     answers.print(f"Results: {tables.folder}", soft_wrap=True)
@@ -272,8 +312,9 @@ def _end_with(failures: list[str]) -> None:
 def show_faults(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
     scenario: ScenarioFolder,
     controller: Annotated[
-        str, typer.Option(help="Controller of the scenario with the protection control_map.")
+        str, typer.Option(help="Controller with the protection control_map.")
     ] = faults.PROTECTION,
+    settings: Settings = None,
     runs: Annotated[int, typer.Option(min=1, help="Runs, with one fault each.")] = 1000,
     seed: Seed = None,
     step: Step = None,
@@ -283,7 +324,14 @@ def show_faults(  # noqa: PLR0913, PLR0917 - one argument per option of the comm
 ) -> None:
     """Let trains, equipment and the centre of a control map fail, one thing in each run."""
     with refusals(scenario, out):
-        chosen = _chosen(scenario, names=(controller,), seed=seed, step_s=step, jobs=jobs)
+        chosen = _chosen(
+            scenario,
+            names=(controller,),
+            settings=settings or (),
+            seed=seed,
+            step_s=step,
+            jobs=jobs,
+        )
         campaign = faults.Campaign(chosen, runs, fresh)
         with counted("faults") as progress:
             found = faults.run_campaign(campaign, out, progress)
@@ -443,9 +491,10 @@ def _report(result: study.StudyResult, chosen: study.Study) -> None:
                 source = escape(result.sweep.published.source)
                 answers.print(f"Published: {source}", soft_wrap=True)
         else:
-            header, rows = comparison_texts(comparison(result.summary))
+            compared = comparison(result.summary)
+            header, rows = comparison_texts(compared)
             if header[2:]:
-                answers.print(f"In brackets: change against {escape(header[1])}")
+                answers.print(escape(comparison_note(compared)), soft_wrap=True)
             show_side_by_side(header, rows, kept=2, shown=SIDE_BY_SIDE - 1)
         answers.print(f"Results: {result.folder}", soft_wrap=True)
     show_group(

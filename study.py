@@ -16,6 +16,7 @@ from typing import Any
 import controllers
 import store
 from analysis import RESULT_FILES, refuse_foreign, run_tables
+from controllers.choosing import named, with_settings
 from holding import held
 from railway.faults import Fault
 from railway.feasibility import assess
@@ -232,6 +233,7 @@ def choose(  # noqa: PLR0913 - one argument per choice of the user
     folder: Path,
     *,
     names: Sequence[str] = (),
+    settings: Sequence[str] = (),
     seed: int | None = None,
     seeds: int = 1,
     step_s: float | None = None,
@@ -248,7 +250,10 @@ def choose(  # noqa: PLR0913 - one argument per choice of the user
     folder
         Scenario folder.
     names
-        Controllers to run, baseline first; all that run by default if empty.
+        Controllers to run, baseline first; all that run by default if empty. Layers that the
+        scenario does not name together are ``protection+operation``.
+    settings
+        Other values of their options, ``<controller>.<option>=<value>`` each.
     seed
         First seed; the scenario's own if None.
     seeds
@@ -274,23 +279,17 @@ def choose(  # noqa: PLR0913 - one argument per choice of the user
     ScenarioError
         If the files cannot be used.
     ControllerError
-        If a name is not a controller of the scenario.
+        If a name is no controller, or a setting not allowed.
     StudyError
         If a sweep is to run with several seeds.
     """
     scenario = load(folder)
-    known = {spec.name: spec for spec in scenario.controllers}
-    for name in names:
-        if name not in known:
-            problem = f"{name!r} is not a controller of this scenario"
-            raise controllers.ControllerError(
-                where="--controller", problem=problem, allowed=", ".join(known)
-            )
+    specs = tuple(named(scenario.controllers, name) for name in dict.fromkeys(names))
+    specs = specs or tuple(spec for spec in scenario.controllers if spec.by_default or everything)
     first = scenario.seed if seed is None else seed
     return Study(
         scenario,
-        tuple(known[name] for name in dict.fromkeys(names))
-        or tuple(spec for spec in scenario.controllers if spec.by_default or everything),
+        with_settings(specs, settings),
         tuple(range(first, first + seeds)),
         scenario.step_s if step_s is None else step_s,
         1 if gui else jobs,

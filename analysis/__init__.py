@@ -6,9 +6,11 @@ from analysis.capacity import (
     Stretches,
     capacity_texts,
     headway_texts,
+    pattern_text,
+    percent_of,
 )
 from analysis.capacity_publishing import CAPACITY_FILES, CapacityTables, publish_capacity
-from analysis.compare import comparison, comparison_texts
+from analysis.compare import change_pct, comparison, comparison_note, comparison_texts
 from analysis.delay import technical_run_times_s
 from analysis.dependability import Endurance, availability_texts, fault_tree_texts
 from analysis.dependability_publishing import (
@@ -64,7 +66,9 @@ __all__ = [
     "SweepTables",
     "availability_texts",
     "capacity_texts",
+    "change_pct",
     "comparison",
+    "comparison_note",
     "comparison_texts",
     "fault_texts",
     "fault_tree_texts",
@@ -74,6 +78,8 @@ __all__ = [
     "interval_figure",
     "late_share",
     "measured_frame",
+    "pattern_text",
+    "percent_of",
     "publish",
     "publish_capacity",
     "publish_dependability",

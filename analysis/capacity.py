@@ -13,14 +13,16 @@ from analysis.schema import rows_frame, rows_of
 from railway.arrays import FloatArray
 from railway.headway import Headway
 from railway.journey import Journey
+from railway.pattern import BUSIEST_S, PeakPattern, total_dwell_s
 from railway.records import Column
 from railway.timetable import Service, Timetable
 
 HEADWAYS = (
     Column("controller", "str", "", "name of the controller"),
     Column("protection", "str", "", "its protection"),
+    Column("train", "str", "", "train whose pattern both trains have"),
     Column("station", "str", "", "station that both trains call at"),
-    Column("dwell_s", "float64", "s", "booked dwell there"),
+    Column("dwell_s", "float64", "s", "its booked dwell there"),
     Column("headway_s", "float64", "s", "technical headway into it; as simulated where it was"),
     Column("blocking_time_headway_s", "float64", "s", "the same by blocking times"),
     Column("simulated_headway_s", "float64", "s", "the same, two trains simulated; empty if not"),
@@ -35,6 +37,12 @@ CAPACITY = (
     Column("headway_s", "float64", "s", "headway of the line: the greatest into any station"),
     Column("blocking_time_headway_s", "float64", "s", "the greatest by blocking times alone"),
     Column("critical_station", "str", "", "station that it is the headway of"),
+    Column("critical_dwell_s", "float64", "s", "booked dwell there"),
+    Column("train", "str", "", "train whose pattern both trains of a headway have"),
+    Column("pattern_trains", "int64", "", "trains of the busiest 60 minutes with that pattern"),
+    Column(
+        "pattern_dwell_s", "float64", "s", "booked dwells of the train, all calls but the first"
+    ),
     Column("trains_per_hour", "float64", "1/h", "3600 s over the headway of the line"),
     Column("scheduled_speed_kmh", "float64", "km/h", "distance over time, all dwells included"),
     Column("transport_capacity", "float64", "km/h 1/h", "scheduled speed times trains per hour"),
@@ -42,7 +50,10 @@ CAPACITY = (
     Column("booked_s", "float64", "s", "from first to last arrival at the last station, booked"),
     Column("compressed_s", "float64", "s", "the same with the booked trains moved together"),
     Column("occupation_percent", "float64", "%", "compressed over booked"),
-    Column("busiest_trains", "int64", "", "trains of the busiest 60 minutes there"),
+    Column(
+        "busiest_begin_s", "float64", "s", "when the busiest 60 minutes begin, by last arrivals"
+    ),
+    Column("busiest_trains", "int64", "", "trains that reach their last station in them"),
     Column("busiest_occupation_percent", "float64", "%", "occupation by these trains alone"),
 )
 BLOCKING_TIMES = (
@@ -76,13 +87,32 @@ class Occupation(NamedTuple):
 
     booked_s: float
     compressed_s: float
-    busiest_trains: int
     busiest_percent: float
+    """Occupation rate over the busiest hour; not a number for a train alone in it. [%]"""
 
     @property
     def percent(self) -> float:
         """Occupation rate over the whole timetable. [%]"""
-        return 100.0 * self.compressed_s / self.booked_s
+        return percent_of(self.compressed_s, self.booked_s)
+
+
+def percent_of(compressed_s: float, booked_s: float) -> float:
+    """
+    Return an occupation rate.
+
+    Parameters
+    ----------
+    compressed_s
+        Time that trains take when they are moved together. [s]
+    booked_s
+        As booked. [s]
+
+    Returns
+    -------
+    float
+        Their ratio; not a number for trains that are booked at one moment. [%]
+    """
+    return 100.0 * compressed_s / booked_s if booked_s > 0.0 else np.nan
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +122,9 @@ class Assessment:
     controller: str
     protection: str
     service: Service
-    """The pattern of both trains."""
+    """The train whose pattern both have."""
+    pattern: PeakPattern
+    """Where and when that pattern is the most frequent one."""
     journey: Journey
     headways: tuple[Headway, ...]
     """Into every call but the first."""
@@ -181,6 +213,7 @@ def headways_frame(assessments: Iterable[Assessment], timetable: Timetable) -> p
                 {
                     "controller": found.controller,
                     "protection": found.protection,
+                    "train": found.service.train,
                     "station": booked.station,
                     "dwell_s": booked.departure_s - booked.arrival_s,
                     "headway_s": found.headways_s[call - 1],
@@ -232,13 +265,18 @@ def capacity_frame(assessments: Iterable[Assessment]) -> pd.DataFrame:
     for found in assessments:
         trains_per_hour = 3600.0 / found.headway_s
         speed_kmh = KMH_PER_MPS * found.scheduled_speed_mps
-        occupation = found.occupation
+        occupation, hour = found.occupation, found.pattern.hour
+        critical = found.service.calls[found.critical]
         rows.append(
             {
                 "controller": found.controller,
                 "headway_s": found.headway_s,
                 "blocking_time_headway_s": found.by_theory_s.max(),
-                "critical_station": found.service.calls[found.critical].station,
+                "critical_station": critical.station,
+                "critical_dwell_s": critical.departure_s - critical.arrival_s,
+                "train": found.service.train,
+                "pattern_trains": len(found.pattern.rows),
+                "pattern_dwell_s": total_dwell_s(found.service),
                 "trains_per_hour": trains_per_hour,
                 "scheduled_speed_kmh": speed_kmh,
                 "transport_capacity": speed_kmh * trains_per_hour,
@@ -246,7 +284,8 @@ def capacity_frame(assessments: Iterable[Assessment]) -> pd.DataFrame:
                 "booked_s": occupation.booked_s if occupation else np.nan,
                 "compressed_s": occupation.compressed_s if occupation else np.nan,
                 "occupation_percent": occupation.percent if occupation else np.nan,
-                "busiest_trains": occupation.busiest_trains if occupation else 0,
+                "busiest_begin_s": hour.begin_s,
+                "busiest_trains": len(hour.rows),
                 "busiest_occupation_percent": occupation.busiest_percent if occupation else np.nan,
             }
         )
@@ -357,6 +396,7 @@ def capacity_texts(
         "headway of the line [s]": [f"{row['headway_s']:.1f}" for row in rows],
         "by blocking times [s]": [f"{row['blocking_time_headway_s']:.1f}" for row in rows],
         "critical station": [names[row["critical_station"]] for row in rows],
+        "dwell there [s]": [f"{row['critical_dwell_s']:.0f}" for row in rows],
         "trains per hour": [f"{row['trains_per_hour']:.1f}" for row in rows],
         "scheduled speed [km/h]": [f"{row['scheduled_speed_kmh']:.1f}" for row in rows],
         "transport capacity": [f"{row['transport_capacity']:,.0f}" for row in rows],
@@ -366,6 +406,35 @@ def capacity_texts(
     }
     header = ["indicator", *capacity["controller"].tolist()]
     return header, [[name, *cells] for name, cells in told.items()]
+
+
+def pattern_text(capacity: pd.DataFrame) -> str:
+    """
+    Return whose pattern the headways are of, and why.
+
+    Parameters
+    ----------
+    capacity
+        The table ``capacity``.
+
+    Returns
+    -------
+    str
+        A sentence.
+    """
+    row = rows_of(capacity)[0]
+    begin_s = row["busiest_begin_s"]
+    return (
+        f"Pattern: train {row['train']}, for {row['pattern_trains']} of "
+        f"{row['busiest_trains']} trains of the busiest hour ({_clock(begin_s)} to "
+        f"{_clock(begin_s + BUSIEST_S)} at their last stations), with the median of their booked "
+        f"dwells, {row['pattern_dwell_s']:.0f} s behind the first station"
+    )
+
+
+def _clock(time_s: float) -> str:
+    minutes = int(time_s // 60.0)
+    return f"{minutes // 60:02d}:{minutes % 60:02d}"
 
 
 def _percent(value: float) -> str:

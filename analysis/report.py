@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.compare import INDICATORS, comparison, comparison_texts
+from analysis.compare import INDICATORS, comparison, comparison_note, comparison_texts
 from analysis.figures import label_of
 from analysis.schema import rows_of
 from analysis.summary import SUMMARY
@@ -194,7 +194,7 @@ def _compared(summary: pd.DataFrame) -> list[str]:
     compared = comparison(summary)
     header, rows = comparison_texts(compared)
     several = len(set(summary["seed"])) > 1
-    told = f"In brackets: change against {header[1]}"
+    told = comparison_note(compared)
     if several:
         told += "; means over seeds, ± half of the 95 % confidence interval of paired differences"
     named = header
@@ -248,7 +248,7 @@ def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str
 
 def _meanings(*, swept: bool) -> list[str]:
     explained = {column.name: column.meaning for column in SUMMARY}
-    compared = [(label, explained[name]) for name, label in INDICATORS.items()]
+    compared = [(told.label, explained[name]) for name, told in INDICATORS.items()]
     meanings = SWEEP_INDICATORS.values() if swept else compared
     return [
         "## What the indicators mean",

@@ -36,7 +36,9 @@ __all__ = [
     "PROTECTIONS",
     "ControllerError",
     "Medium",
+    "Registry",
     "build",
+    "choose_layer",
     "options_of",
 ]
 
@@ -153,7 +155,8 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
         If a layer or an option is unknown, an option's value is not allowed, or the radio does
         not keep pace with the steps.
     """
-    where = f"controllers.{spec.name}"
+    # No name in a file has a plus sign: that one comes from the command line.
+    where = f"--controller {spec.name}" if "+" in spec.name else f"controllers.{spec.name}"
     if spec.peer is not None:
         try:
             return build_peer(spec.name, spec.peer, world)
@@ -161,10 +164,10 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
             raise ControllerError(
                 where=f"{where}.peer", problem=error.problem, allowed=error.allowed
             ) from error
-    make_protection, protection_options, medium = _choose(
+    make_protection, protection_options, medium = choose_layer(
         PROTECTIONS, f"{where}.protection", spec.protection, spec.protection_options
     )
-    make_operation, operation_options, _ = _choose(
+    make_operation, operation_options, _ = choose_layer(
         OPERATIONS, f"{where}.operation", spec.operation, spec.operation_options
     )
     if spec.radio and medium is Medium.TRACK:
@@ -226,10 +229,33 @@ def options_of(spec: ControllerSpec) -> dict[str, dict[str, Option]]:
     }
 
 
-def _choose(
+def choose_layer(
     registry: Registry, where: str, name: str, options: Mapping[str, Option]
 ) -> tuple[Callable[..., Any], Any, Medium]:
-    """Return how to build a layer, its options, and how it reaches the trains."""
+    """
+    Return how to build a layer, its options, and how it reaches the trains.
+
+    Parameters
+    ----------
+    registry
+        Of protections or of operations.
+    where
+        Which key names the layer, for complaints.
+    name
+        The layer.
+    options
+        Its options, as in the file.
+
+    Returns
+    -------
+    tuple[Callable[..., Any], Any, Medium]
+        What builds it, an object with all its options, and the medium.
+
+    Raises
+    ------
+    ControllerError
+        If the layer or an option is unknown, or an option's value is not allowed.
+    """
     if name not in registry:
         raise ControllerError(
             where=where, problem=f"{name!r} is not known", allowed=", ".join(registry)

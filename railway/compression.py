@@ -136,7 +136,9 @@ def _needs(world: World, foresight: Foresight, journey: Journey) -> list[_Needs]
     ends_s = [journey.departure_s[0], *journey.arrival_s[1:].tolist()]
     needs = []
     for call, (begin_s, end_s) in enumerate(zip(begins_s, ends_s, strict=True)):
-        time_s = np.arange(begin_s, end_s + ROUGH.sample_s, ROUGH.sample_s)
+        # Two moments at least, also for a train that does not stay at its origin.
+        samples = max(int(np.ceil((end_s - begin_s) / ROUGH.sample_s)), 1) + 1
+        time_s = begin_s + ROUGH.sample_s * np.arange(samples)
         limit_m = journey.at(time_s)[0]
         if call:
             limit_m = needed_limit_m(world, foresight, journey, time_s)
@@ -217,27 +219,3 @@ def occupation_s(
     first, last = journeys[rows[0]], journeys[rows[-1]]
     booked_s = float(last.arrival_s[-1] - first.arrival_s[-1])
     return booked_s + compressed_shifts_s(rows, least_s)[rows[-1]], booked_s
-
-
-def busiest(journeys: Sequence[Journey], window_s: float) -> list[int]:
-    """
-    Return the trains of the busiest time, by arrival at their last call.
-
-    Parameters
-    ----------
-    journeys
-        One per train of the timetable.
-    window_s
-        Its length. [s]
-
-    Returns
-    -------
-    list[int]
-        Rows; the first such time if there are several.
-    """
-    ends_s = np.array([journey.arrival_s[-1] for journey in journeys])
-    inside = [
-        np.flatnonzero((ends_s >= start_s) & (ends_s <= start_s + window_s)).tolist()
-        for start_s in ends_s.tolist()
-    ]
-    return max(inside, key=len)

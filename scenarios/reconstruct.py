@@ -7,11 +7,13 @@ chosen whose dwells and run times stay closest to their usual figures. In units 
 seconds all constraints are differences of two times with whole bounds, so their matrix is
 totally unimodular and the linear programme has a whole-numbered solution.
 
-``python -m scenarios.reconstruct scenarios/rush_hour`` writes ``calls.csv`` anew.
+``python -m scenarios.reconstruct --force scenarios/rush_hour`` writes ``calls.csv`` anew.
 """
 
+import argparse
 import csv
 import io
+import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -24,16 +26,11 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.sparse import coo_array
 
-from railway.line import Line
-from railway.rolling_stock import TrainType
 from railway.run_curve import fastest_run
-from scenarios.check_timetable import seconds
-from scenarios.faults import ScenarioError
-from scenarios.files import Reader
-from scenarios.load import read_line, read_stock, to_line, to_train_types
-from scenarios.schema import DwellStationRow, ServiceRow
+from scenarios.public_timetable import PUBLIC_FILE, Source, read_source
 
-PUBLIC_FILE = "public_timetable.csv"
+CALLS_FILE = "calls.csv"
+EXIT_BAD_INPUT = 2
 UNIT_S = 5
 """Working timetables of Japanese metropolitan lines are written in steps of 5 s. [s]"""
 RUN_ALLOWANCE = 1.03
@@ -46,18 +43,6 @@ EASY_INTERVAL_S = 90
 """Departure-to-arrival interval below which a penalty counts. [s]"""
 PENALTY_STEPS_S = (0, 10, 25)
 """Each deviation counts once more beyond each of these. [s]"""
-
-
-@dataclass(frozen=True, slots=True)
-class Source:
-    """All that the reconstruction starts from."""
-
-    line: Line
-    train_types: Mapping[str, TrainType]
-    type_of_train: Mapping[str, str]
-    departures: Mapping[str, Mapping[str, int]]
-    """Public departure minute by train and station. [min after midnight]"""
-    dwell: Mapping[str, DwellStationRow]
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,70 +104,13 @@ class _Programme:
             method="highs-ds",
         )
         if result.x is None:
-            message = f"no timetable obeys the public minutes: {result.message}"
+            message = f"{PUBLIC_FILE}: no timetable obeys the public minutes: {result.message}"
             raise ValueError(message)
         times = result.x[: self.unknowns]
         if np.max(np.abs(times - np.round(times))) > 1e-6:
             message = "the solver returned a solution between whole units"
             raise ValueError(message)
         return [int(time) for time in np.round(times)]
-
-
-def read_source(folder: Path) -> Source:
-    """
-    Read what a timetable is reconstructed from.
-
-    Parameters
-    ----------
-    folder
-        Scenario folder with line, rolling stock, ``services.csv``, ``dwell_stations.csv``
-        and ``public_timetable.csv``, whose columns are the train and the stations.
-
-    Returns
-    -------
-    Source
-        What they hold.
-
-    Raises
-    ------
-    ScenarioError
-        If line, rolling stock, services or dwell times cannot be read.
-    ValueError
-        If the public minutes lack a train or name a station without dwell times.
-    """
-    reader = Reader()
-    line = read_line(reader, folder)
-    stock = read_stock(reader, folder)
-    services = reader.csv(folder / "services.csv", "timetable", ServiceRow)
-    dwell = reader.csv(folder / "dwell_stations.csv", "timetable", DwellStationRow)
-    if reader.faults or stock is None:
-        raise ScenarioError(tuple(reader.faults))
-    public = _read_public(folder / PUBLIC_FILE)
-    needed = {row.train for row in services} - set(public)
-    called = {station for minutes in public.values() for station in minutes}
-    unknown = sorted(needed) + sorted(called - {row.station for row in dwell})
-    if unknown:
-        message = f"{PUBLIC_FILE} and the other files disagree about {', '.join(unknown)}"
-        raise ValueError(message)
-    return Source(
-        line=to_line(line, folder.name),
-        train_types=to_train_types(stock),
-        type_of_train={row.train: row.train_type for row in services},
-        departures={row.train: public[row.train] for row in services},
-        dwell={row.station: row for row in dwell},
-    )
-
-
-def _read_public(path: Path) -> dict[str, dict[str, int]]:
-    with path.open(encoding="utf-8", newline="") as file:
-        return {
-            row["train"]: {
-                station: seconds(f"{clock}:00") // 60
-                for station, clock in row.items()
-                if station != "train" and clock
-            }
-            for row in csv.DictReader(file)
-        }
 
 
 def fastest_run_times(source: Source) -> dict[tuple[str, str, str], float]:
@@ -355,18 +283,81 @@ def _neighbours(stops: list[_Stop]) -> Iterator[tuple[_Stop, _Stop]]:
         yield from pairwise(neighbours)
 
 
-def main(folder: Path) -> None:
+def write_calls(folder: Path, *, force: bool = False) -> Path:
     """
-    Write ``calls.csv`` of a scenario folder anew.
+    Write ``calls.csv`` of a scenario folder.
 
     Parameters
     ----------
     folder
         The folder.
+    force
+        Replace a file that is there.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    FileExistsError
+        If the file is there and is not to be replaced.
+    ScenarioError
+        If the files cannot be used.
+    ValueError
+        If no timetable obeys the public minutes.
     """
+    target = folder / CALLS_FILE
+    if os.path.lexists(target) and not force:
+        msg = f"{target}: is there already; allowed: --force, which writes it anew"
+        raise FileExistsError(msg)
     text = reconstruct(read_source(folder))
-    (folder / "calls.csv").write_text(text, encoding="utf-8", newline="")
+    beside = folder / f".{CALLS_FILE}.{os.getpid()}"
+    try:
+        beside.write_text(text, encoding="utf-8", newline="")
+        beside.replace(target)
+    finally:
+        beside.unlink(missing_ok=True)
+    return target
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """
+    Write ``calls.csv`` as the command line says.
+
+    Parameters
+    ----------
+    arguments
+        Those of the command line; of this process if None.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    parser = argparse.ArgumentParser(
+        prog="python -m scenarios.reconstruct",
+        description=f"Write {CALLS_FILE} of a scenario folder: a timetable to the second that "
+        f"obeys the whole departure minutes of {PUBLIC_FILE}.",
+    )
+    parser.add_argument("folder", type=Path, help="scenario folder")
+    parser.add_argument(
+        "--force", action="store_true", help=f"write {CALLS_FILE} anew where it is there already"
+    )
+    options = parser.parse_args(arguments)
+    try:
+        written = write_calls(options.folder, force=options.force)
+    except OSError as error:
+        told = f"{error.filename}: {error.strerror}" if error.strerror else str(error)
+        sys.stderr.write(f"{told}\n")
+        return EXIT_BAD_INPUT
+    except ValueError as error:
+        sys.stderr.write(f"{options.folder} cannot be used\n{error}\n")
+        return EXIT_BAD_INPUT
+    sys.stdout.write(f"Written: {written}\n")
+    return 0
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    sys.exit(main())

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from analysis import comparison, comparison_texts, read_results
+from analysis import change_pct, comparison, comparison_texts, read_results
 from analysis.dependability import ROWS as AVAILABILITY_ROWS
 from analysis.figures import label_of, write_figure
 from analysis.radio_load import LABELS as RADIO_LABELS
@@ -98,14 +98,15 @@ def limits_table() -> str:
         by_name = both.set_index("controller")
         stop_s = by_name["interstation_stop_time_s"]
         delay_s = by_name["mean_arrival_delay_s"]
-        change_pct = 100.0 * (stop_s["two_stage"] / stop_s["close_up"] - 1.0)
+        less_s = stop_s["two_stage"] - stop_s["close_up"]
+        percent = change_pct("interstation_stop_time_s", less_s, stop_s["close_up"])
         added_s = delay_s["two_stage"] - delay_s["close_up"]
         rows.append(
             [
                 f"{cap_s:.0f} s",
                 f"{stop_s['close_up']:.0f} s",
                 f"{stop_s['two_stage']:.0f} s",
-                f"{change_pct:+.0f} %",
+                f"{less_s:+.1f} s" if np.isnan(percent) else f"{percent:+.0f} %",
                 f"{added_s:+.1f} s",
             ]
         )

@@ -138,3 +138,43 @@ def test_the_command_that_compares_may_be_named_and_help_tells_of_the_others(
     assert "capacity" in plain.answers
     assert " compare " not in plain.answers.split("Options")[0].split("Usage")[1].splitlines()[0]
     assert "--simulate" in kankaku("capacity", "--help").answers
+
+
+def test_the_pattern_is_that_of_the_busiest_hour_and_told_with_its_dwells(place: Path) -> None:
+    folder = two_controllers(place / "stays")
+    calls = folder / "calls.csv"
+    # A1 and C3 run alike; A1 stays 15 s longer at the middle station. C3 comes as soon as ready.
+    told = calls.read_text("utf-8").replace(
+        "A1,middle,middle-1,07:02:30", "A1,middle,middle-1,07:02:15"
+    )
+    calls.write_text(told.replace("first,north-1,07:05:00", "first,north-1,07:05:30"), "utf-8")
+    replace(folder, "dwell_stations.csv", "first,20,30,0.5", "first,0,30,0.5")
+    options = ["--controller", "plain", "--simulate", "none"]
+    screen = kankaku("capacity", folder, "--out", place / "out", *options)
+    assert screen.status == 0, screen.complaints
+    sentence = (
+        "Pattern: train C3, for 2 of 3 trains of the busiest hour (07:05 to 08:05 at their last "
+        "stations), with the median of their booked dwells, 60 s behind the first station"
+    )
+    assert sentence in screen.answers
+    row = pd.read_csv(place / "out" / "stays_capacity" / "capacity.csv").iloc[0]
+    assert (row["train"], row["pattern_trains"], row["busiest_trains"]) == ("C3", 2, 3)
+    assert (row["pattern_dwell_s"], row["busiest_begin_s"]) == (60.0, 25_500.0)
+    assert 0.0 < row["occupation_percent"] == row["busiest_occupation_percent"]
+    headways = pd.read_csv(place / "out" / "stays_capacity" / "headways.csv")
+    assert set(headways["train"]) == {"C3"}
+
+
+def test_a_train_alone_on_its_line_has_a_headway_and_no_occupation(place: Path) -> None:
+    folder = two_controllers(place / "alone")
+    for name in ("calls.csv", "services.csv"):
+        kept = [line for line in (folder / name).read_text("utf-8").splitlines() if "A1" in line]
+        header = (folder / name).read_text("utf-8").splitlines()[0]
+        (folder / name).write_text("\n".join([header, *kept, ""]), "utf-8")
+    options = ["--controller", "plain", "--simulate", "none"]
+    screen = kankaku("capacity", folder, "--out", place / "out", *options)
+    assert screen.status == 0, screen.complaints
+    row = pd.read_csv(place / "out" / "alone_capacity" / "capacity.csv").iloc[0]
+    assert row["headway_s"] > 0.0
+    assert (row["busiest_trains"], row["pattern_trains"]) == (1, 1)
+    assert pd.isna(row["occupation_percent"])

@@ -6,7 +6,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.compare import comparison, comparison_texts, half_width
+from analysis.compare import (
+    INDICATORS,
+    change_pct,
+    change_text,
+    comparison,
+    comparison_note,
+    comparison_texts,
+    half_width,
+)
 from analysis.publishing import publish
 from analysis.report import reason_shares, report_text
 from analysis.results import COLUMNS, columns_frame, read_results, run_folder
@@ -316,3 +324,56 @@ def test_a_report_warns_of_trains_that_never_arrived(tmp_path: Path) -> None:
     record = make_record(world, arrival_s, departure_s)
     publish_all(tmp_path, [run_tables(record, run_times_s(world, 90.0, 110.0))])
     assert "1 of 2 trains completed" in (tmp_path / "report.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("reference", "percent"),
+    [(20.0, 10.0), (5.1, 2.0 / 0.051), (5.0, None), (0.0, None), (-20.0, None)],
+)
+def test_a_change_is_told_in_per_cent_only_of_a_baseline_that_is_large_enough(
+    reference: float, percent: float | None
+) -> None:
+    assert INDICATORS["mean_arrival_delay_s"].per_cent_above == 5.0
+    found = change_pct("mean_arrival_delay_s", 2.0, reference)
+    assert np.isnan(found) if percent is None else found == pytest.approx(percent)
+
+
+@pytest.mark.parametrize(
+    ("unit", "difference", "interval", "percent", "text"),
+    [
+        ("s", 2.34, np.nan, np.nan, "+2.3 s"),
+        ("s", -0.456, np.nan, np.nan, "-0.46 s"),
+        ("s", -2.34, 0.71, np.nan, "-2.3 ± 0.7 s"),
+        ("s", -2.34, 1.17, -20.0, "-20.0 ± 10.0 %"),
+        ("", 3.0, np.nan, np.nan, "+3.0"),
+        ("s", 0.0, 0.0, 0.0, "+0.0 %"),
+        ("s", 0.0, np.nan, np.nan, "+0.0 s"),
+        ("kWh", 1234.5, np.nan, np.nan, "+1,234 kWh"),
+    ],
+)
+def test_a_change_without_per_cents_is_told_in_the_unit_of_the_indicator(
+    unit: str, difference: float, interval: float, percent: float, text: str
+) -> None:
+    cell = {
+        "unit": unit,
+        "difference": difference,
+        "confidence_95": interval,
+        "change_pct": percent,
+    }
+    assert change_text(cell) == text
+
+
+def test_trains_that_are_early_are_compared_by_seconds_on_screen_and_in_the_report() -> None:
+    runs = [example(late_s=-9.0), example("atd", late_s=-3.0)]
+    summary = summary_frame(runs)
+    compared = comparison(summary, ["final_arrival_delay_s", "energy_gross_kwh"])
+    # A third of the trains is 9 s early under the baseline, and 3 s under the other.
+    _, (delays, energies) = comparison_texts(compared)
+    assert delays == ["delay at the last station [s]", "-3.0", "-1.0 (+2.0 s)"]
+    assert energies[2].endswith(" %)")
+    note = comparison_note(compared)
+    assert note.startswith("In brackets: change against close_up, no per cents where")
+    assert "(delay at the last station)" in note
+    report = report_text("Example", runs, summary, {}, ())
+    assert "| -1.0 (+2.0 s) |" in report
+    assert f"{comparison_note(comparison(summary))}." in report

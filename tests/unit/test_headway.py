@@ -266,3 +266,21 @@ def test_trains_on_two_tracks_share_the_line_behind_the_points_and_the_points(
     assert first.throws_s[1] == second.throws_s[0] == 6.5
     assert second.gate_m == points["akabane-south"].fouling_start_m
     assert north.fouling_end_m < first.cleared_m
+
+
+@pytest.mark.parametrize("name", ["moving_block", "multi_step_atc", "atd"])
+def test_a_train_that_does_not_stay_at_its_origin_is_compressed_like_one_that_hardly_does(
+    name: str,
+) -> None:
+    found_s = []
+    for stay_s in (0.0, 1.0):
+        world = world_on(steady_line(20.0, 320.0), trains=3)
+        ready_s = world.booked_arrival_s.copy()
+        ready_s[:, 0] = world.booked_departure_s[:, 0] - stay_s
+        world = replace(world, booked_arrival_s=ready_s)
+        foresight = protection(world, name)
+        journeys = [booked_journey(world, foresight.profile, row) for row in range(3)]
+        least_s = least_shifts_s(world, foresight, journeys)
+        found_s.append(occupation_s(journeys, [0, 1, 2], least_s))
+    assert found_s[0] == pytest.approx(found_s[1], abs=0.2)
+    assert found_s[0][0] > 0.0

@@ -12,12 +12,11 @@ from scipy.stats import spearmanr
 
 from railway.scenario import Scenario
 from scenarios import load
+from scenarios.public_timetable import Source, read_source
 from scenarios.reconstruct import (
     PLATFORM_INTERVAL_S,
     RUN_ALLOWANCE,
-    Source,
     fastest_run_times,
-    read_source,
     reconstruct,
 )
 

@@ -1,0 +1,226 @@
+"""
+Choosing controllers beyond those of a scenario: other layers, and other options.
+
+``moving_block+eco`` is a protection and an operation with the defaults of their options;
+``two_stage.slowest_kmh=20`` gives an option of a controller another value.
+"""
+
+import math
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields, replace
+from typing import NamedTuple
+
+from controllers import OPERATIONS, PROTECTIONS, ControllerError, Registry, choose_layer
+from railway.scenario import ControllerSpec, Option
+
+PLUS = "+"
+"""Between the layers of a controller that no scenario names; no name in a file has it."""
+CONTROLLER, SET = "--controller", "--set"
+PROTECTION, OPERATION = "protection", "operation"
+RADIO = "radio"
+"""What can be set of a controller beside the options of its layers."""
+_VALUES = "a finite number, true or false, or a list of finite numbers, as in scenario.toml"
+SHOWN = 40
+"""Characters of a value that a complaint shows."""
+_FORM = "<controller>.<option>=<value>"
+
+
+def named(specs: Sequence[ControllerSpec], name: str) -> ControllerSpec:
+    """
+    Return a controller by its name, or by the names of its layers.
+
+    Parameters
+    ----------
+    specs
+        Controllers of the scenario.
+    name
+        One of theirs, or ``protection+operation``.
+
+    Returns
+    -------
+    ControllerSpec
+        That of the scenario, or the layers with the defaults of their options.
+
+    Raises
+    ------
+    ControllerError
+        If there is no such controller or layer.
+    """
+    known = {spec.name: spec for spec in specs}
+    if name in known:
+        return known[name]
+    if PLUS not in name:
+        raise ControllerError(
+            where=CONTROLLER,
+            problem=f"{name!r} is not a controller of this scenario",
+            allowed=f"{', '.join(known)}, or <protection>{PLUS}<operation>",
+        )
+    protection, _, operation = name.partition(PLUS)
+    for kind, layer, registry in (
+        (PROTECTION, protection, PROTECTIONS),
+        (OPERATION, operation, OPERATIONS),
+    ):
+        if layer not in registry:
+            problem = f"{name!r}: {layer!r} is not a known {kind}"
+            raise ControllerError(CONTROLLER, problem, ", ".join(registry))
+    return ControllerSpec(name, protection, operation, {}, {})
+
+
+def with_settings(
+    specs: Sequence[ControllerSpec], settings: Iterable[str]
+) -> tuple[ControllerSpec, ...]:
+    """
+    Return controllers with other values of some options.
+
+    Parameters
+    ----------
+    specs
+        Controllers that are to run.
+    settings
+        ``<controller>.<option>=<value>`` each, the value as in ``scenario.toml``; the last one
+        of an option counts. An option that both layers have is named
+        ``<controller>.protection.<option>`` or ``<controller>.operation.<option>``.
+
+    Returns
+    -------
+    tuple[ControllerSpec, ...]
+        The same names in the same order.
+
+    Raises
+    ------
+    ControllerError
+        If a setting has another form, or names no controller, option or value that is allowed.
+    """
+    changed = {spec.name: spec for spec in specs}
+    for text in settings:
+        key, equals, value = text.partition("=")
+        name, option = _name_and_option(changed, key.strip())
+        if not equals or not option:
+            raise ControllerError(SET, f"{text!r} is no setting", _FORM)
+        changed[name] = _set(changed[name], option, _value_of(key, value))
+    return tuple(changed.values())
+
+
+def _name_and_option(known: Mapping[str, ControllerSpec], key: str) -> tuple[str, str]:
+    """Split a key; names of controllers may have dots themselves."""
+    fitting = [name for name in known if key.startswith(f"{name}.")]
+    if fitting:
+        name = max(fitting, key=len)
+        return name, key[len(name) + 1 :]
+    if "." not in key:
+        return "", ""
+    problem = f"{key.rpartition('.')[0]!r} is not a controller that is to run"
+    raise ControllerError(SET, problem, ", ".join(known))
+
+
+def _value_of(key: str, text: str) -> Option:
+    try:
+        read = tomllib.loads(f"value = {text}")
+        value = _option(read.pop("value")) if len(read) == 1 else None
+    except (tomllib.TOMLDecodeError, OverflowError, RecursionError, ValueError):
+        value = None
+    if value is None:
+        raise ControllerError(where=f"{SET}: {key}", problem=f"{text[:SHOWN]!r}", allowed=_VALUES)
+    return value
+
+
+def _option(value: object) -> Option | None:
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, int | float):
+        return float(value) if math.isfinite(value) else None
+    if not isinstance(value, list) or not value:
+        return None
+    numbers = [_option(part) for part in value]
+    if all(isinstance(number, float) for number in numbers):
+        return tuple(float(number) for number in numbers if isinstance(number, float))
+    return None
+
+
+class _Place(NamedTuple):
+    """An option of a controller."""
+
+    layer: str
+    option: str
+
+
+def _set(spec: ControllerSpec, key: str, value: Option) -> ControllerSpec:
+    where = f"{SET}: {spec.name}.{key}"
+    if spec.peer is not None:
+        others = "controllers with a protection and an operation"
+        raise ControllerError(where, f"{spec.name} is a peer, which has no options", others)
+    if key == RADIO:
+        if not isinstance(value, bool):
+            raise ControllerError(where, f"{value!r}", "true or false")
+        return replace(spec, radio=value)
+    layer, option = _place_of(spec, key, where)
+    registry, name, options = _layers(spec)[layer]
+    options = {**options, option: value}
+    try:
+        # Here, so that nobody looks for the fault in the scenario's file.
+        choose_layer(registry, where, name, options)
+    except ControllerError as error:
+        raise ControllerError(where, error.problem, error.allowed) from error
+    if layer == PROTECTION:
+        return replace(spec, protection_options=options)
+    return replace(spec, operation_options=options)
+
+
+def _layers(spec: ControllerSpec) -> Mapping[str, tuple[Registry, str, Mapping[str, Option]]]:
+    return {
+        PROTECTION: (PROTECTIONS, spec.protection, spec.protection_options),
+        OPERATION: (OPERATIONS, spec.operation, spec.operation_options),
+    }
+
+
+def _place_of(spec: ControllerSpec, key: str, where: str) -> _Place:
+    known = {
+        layer: [field.name for field in fields(registry[name].options)]
+        for layer, (registry, name, _) in _layers(spec).items()
+        if name in registry
+    }
+    layer, dot, option = key.partition(".")
+    found = [_Place(name, key) for name, options in known.items() if key in options]
+    if dot and option in known.get(layer, ()):
+        found = [_Place(layer, option)]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        problem = f"both layers have the option {key!r}"
+        both = ", ".join(f"{spec.name}.{place.layer}.{key}" for place in found)
+        raise ControllerError(where, problem, both)
+    allowed = ", ".join([*(option for options in known.values() for option in options), RADIO])
+    raise ControllerError(where, f"option {key!r} is not known to {spec.name}", allowed)
+
+
+def changed_options(spec: ControllerSpec) -> dict[str, Option]:
+    """
+    Return the options of a controller that are not the defaults of its layers.
+
+    Parameters
+    ----------
+    spec
+        The controller.
+
+    Returns
+    -------
+    dict[str, Option]
+        By option; where both layers have one of that name, by layer and option.
+
+    Raises
+    ------
+    ControllerError
+        If a layer or an option is not allowed.
+    """
+    if spec.peer is not None:
+        return {}
+    found: dict[tuple[str, str], Option] = {}
+    for layer, (registry, name, options) in _layers(spec).items():
+        choose_layer(registry, f"controllers.{spec.name}.{layer}", name, options)
+        defaults = {field.name: field.default for field in fields(registry[name].options)}
+        found |= {(layer, key): it for key, it in options.items() if it != defaults[key]}
+    keys = [key for _, key in found]
+    return {
+        key if keys.count(key) == 1 else f"{layer}.{key}": it for (layer, key), it in found.items()
+    }

@@ -1,0 +1,105 @@
+"""What controllers there are: those that can be built, those of a scenario, and the versions."""
+
+import platform
+from collections.abc import Iterable, Sequence
+from dataclasses import fields
+from importlib.metadata import version
+from typing import NamedTuple
+
+import controllers
+from controllers.choosing import changed_options
+from railway.scenario import ControllerSpec
+
+
+class Listing(NamedTuple):
+    """A table of texts."""
+
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+def known_controllers() -> tuple[Listing, ...]:
+    """
+    Return the protections, operations and peers that a scenario can name.
+
+    Returns
+    -------
+    tuple[Listing, ...]
+        A table each.
+    """
+    layers = tuple(
+        Listing(
+            title,
+            ("name", "what it does", "options"),
+            tuple(
+                (name, layer.summary, _lines((it.name, it.default) for it in fields(layer.options)))
+                for name, layer in registry.items()
+            ),
+        )
+        for title, registry in (
+            ("Protection (how far and how fast a train may go)", controllers.PROTECTIONS),
+            ("Operation (how it uses that permission)", controllers.OPERATIONS),
+        )
+    )
+    peers = tuple((name, peer.summary) for name, peer in controllers.PEERS.items())
+    return *layers, Listing("Peer (drives the trains itself)", ("name", "what it does"), peers)
+
+
+def controllers_of(title: str, specs: Sequence[ControllerSpec]) -> Listing:
+    """
+    Return the controllers of a scenario.
+
+    Parameters
+    ----------
+    title
+        Of the scenario.
+    specs
+        Its controllers.
+
+    Returns
+    -------
+    Listing
+        Layers, options that are not the defaults, and whether they run where none are named.
+
+    Raises
+    ------
+    ControllerError
+        If a layer or an option is not allowed.
+    """
+    return Listing(
+        title,
+        ("name", "protection", "operation", "options that differ", "runs by default"),
+        tuple(_row(spec) for spec in specs),
+    )
+
+
+def _row(spec: ControllerSpec) -> tuple[str, ...]:
+    layers = (f"peer {spec.peer}", "-") if spec.peer else (spec.protection, spec.operation)
+    options = dict(changed_options(spec))
+    if spec.radio:
+        options["radio"] = True
+    return spec.name, *layers, _lines(options.items()), "yes" if spec.by_default else "no"
+
+
+def _lines(options: Iterable[tuple[str, object]]) -> str:
+    return "\n".join(f"{name} = {_toml(value)}" for name, value in options)
+
+
+def _toml(value: object) -> str:
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_toml, value))}]"
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def versions() -> str:
+    """
+    Return what runs here.
+
+    Returns
+    -------
+    str
+        Versions of this program, SUMO and Python.
+    """
+    python = platform.python_version()
+    return f"kankaku {version('kankaku')}, SUMO {version('eclipse-sumo')}, Python {python}"

@@ -1,0 +1,160 @@
+"""
+Public timetables: whole departure minutes by train and station, and the files beside them.
+
+``scenarios.reconstruct`` finds the seconds.
+"""
+
+import csv
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from railway.line import Line
+from railway.rolling_stock import TrainType
+from scenarios.check_line import LineTables, line_faults
+from scenarios.faults import Fault, ScenarioError, meant, row_place
+from scenarios.files import Reader, Table
+from scenarios.load import read_line, read_stock, to_line, to_train_types
+from scenarios.schema import DwellStationRow, ServiceRow
+
+PUBLIC_FILE = "public_timetable.csv"
+_TRAIN = "train"
+_MINUTE = re.compile(r"([0-2]?\d):([0-5]\d)")
+_MINUTE_TEXT = "HH:MM, hours 00 to 29, or nothing"
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """All that the reconstruction starts from."""
+
+    line: Line
+    train_types: Mapping[str, TrainType]
+    type_of_train: Mapping[str, str]
+    departures: Mapping[str, Mapping[str, int]]
+    """Public departure minute by train and station. [min after midnight]"""
+    dwell: Mapping[str, DwellStationRow]
+
+
+def read_source(folder: Path) -> Source:
+    """
+    Read what a timetable is reconstructed from.
+
+    Parameters
+    ----------
+    folder
+        Scenario folder with line, rolling stock, ``services.csv``, ``dwell_stations.csv``
+        and ``public_timetable.csv``, whose columns are the train and the stations.
+
+    Returns
+    -------
+    Source
+        What they hold.
+
+    Raises
+    ------
+    ScenarioError
+        With every fault of the files.
+    """
+    reader = Reader()
+    line = read_line(reader, folder)
+    stock = read_stock(reader, folder)
+    services = reader.csv(folder / "services.csv", "timetable", ServiceRow)
+    dwell = reader.csv(folder / "dwell_stations.csv", "timetable", DwellStationRow)
+    reader.faults += line_faults(line)
+    public = _read_public(folder / PUBLIC_FILE, line, reader.faults)
+    if stock is not None:
+        reader.faults += _service_faults(services, dwell, public, list(stock.train))
+    if reader.faults or stock is None:
+        raise ScenarioError(tuple(dict.fromkeys(reader.faults)))
+    return Source(
+        line=to_line(line, folder.name),
+        train_types=to_train_types(stock),
+        type_of_train={row.train: row.train_type for row in services},
+        departures={row.train: public[row.train] for row in services},
+        dwell={row.station: row for row in dwell},
+    )
+
+
+def _service_faults(
+    services: Table[ServiceRow],
+    dwell: Table[DwellStationRow],
+    public: Mapping[str, Mapping[str, int]],
+    types: Sequence[str],
+) -> Iterator[Fault]:
+    with_dwell = {row.station for row in dwell}
+    for row in services:
+        if row.train_type not in types:
+            problem = f"unknown train type {row.train_type!r}"
+            yield services.fault(row, "train_type", problem, meant(row.train_type, types))
+        if public and row.train not in public:
+            problem = f"train {row.train!r} is not in {PUBLIC_FILE}"
+            yield services.fault(row, _TRAIN, problem, "trains with public minutes")
+    called = dict.fromkeys(station for minutes in public.values() for station in minutes)
+    for station in called:
+        if dwell.present and station not in with_dwell:
+            problem = f"no dwell times of {station!r}, which {PUBLIC_FILE} has"
+            yield Fault(dwell.file, "", problem, "a row for each of its stations")
+
+
+def _read_public(path: Path, line: LineTables, faults: list[Fault]) -> dict[str, dict[str, int]]:
+    """Return the public minutes by train and station; append what is wrong with them."""
+    allowed = "a readable file of departure minutes, encoded as UTF-8"
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        header, *rows = csv.reader(io.StringIO(text, newline="")) if text.strip() else [[]]
+    except UnicodeDecodeError:
+        faults.append(Fault(path.name, "", "bytes that are not UTF-8", allowed))
+        return {}
+    except (OSError, csv.Error) as error:
+        told = getattr(error, "strerror", None) or str(error)
+        faults.append(Fault(path.name, "", f"cannot be read: {told}", allowed))
+        return {}
+    known = len(faults)
+    faults += _header_faults(path.name, header, line)
+    if len(faults) > known:
+        return {}
+    public: dict[str, dict[str, int]] = {}
+    for number, cells in enumerate(rows, start=2):
+        if any(cells):
+            faults += _add_row(public, path.name, number, dict(zip(header, cells, strict=False)))
+    return public
+
+
+def _header_faults(file: str, header: Sequence[str], line: LineTables) -> Iterator[Fault]:
+    if _TRAIN not in header:
+        yield Fault(file, row_place(1, _TRAIN), "is missing", "train, and stations on the way")
+    stops = {row.station: row.stop_km for row in line.platforms}
+    stations = [name for name in header if name != _TRAIN]
+    for name in stations:
+        if name not in stops:
+            problem = f"{name!r} is no station with a platform"
+            yield Fault(file, row_place(1, name), problem, meant(name, list(stops)))
+    if len(set(header)) < len(header):
+        yield Fault(file, "row 1", "a column occurs twice", "every station once")
+    places_km = [stops[name] for name in stations if name in stops]
+    if places_km != sorted(places_km):
+        yield Fault(file, "row 1", "stations are out of order", "their order on the way")
+
+
+def _add_row(
+    public: dict[str, dict[str, int]], file: str, number: int, cells: Mapping[str, str]
+) -> Iterator[Fault]:
+    train = cells.get(_TRAIN, "")
+    if not train or train in public:
+        problem = f"train {train!r} occurs twice" if train else "no train"
+        yield Fault(file, row_place(number, _TRAIN), problem, "every train once")
+        return
+    minutes = public[train] = {}
+    for station, clock in cells.items():
+        if station == _TRAIN or not clock:
+            continue
+        found = _MINUTE.fullmatch(clock)
+        if found and int(found[1]) < 30:
+            minutes[station] = 60 * int(found[1]) + int(found[2])
+        else:
+            yield Fault(file, row_place(number, station), f"{clock!r}", _MINUTE_TEXT)
+    if not minutes:
+        problem = f"train {train!r} departs nowhere"
+        yield Fault(file, row_place(number), problem, "one departure or more")
