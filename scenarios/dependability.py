@@ -1,5 +1,6 @@
 """The files ``availability.toml`` and ``fault_tree.toml``: failures, repairs and their logic."""
 
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -10,8 +11,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from railway.availability import Configuration, DeviceGroup
 from railway.fault_tree import Event, FaultTree, Gate
 from scenarios.faults import Fault, ScenarioError, meant
+from scenarios.fields import Name, OptionalText, Text
 from scenarios.files import Reader
-from scenarios.schema import Name, Text, check
+from scenarios.schema import check
 
 AVAILABILITY_FILE = "availability.toml"
 FAULT_TREE_FILE = "fault_tree.toml"
@@ -78,7 +80,7 @@ class AvailabilityFile(_Checked):
     """The file ``availability.toml``."""
 
     schema_version: Literal[1]
-    source: str = Field("", max_length=200)
+    source: OptionalText = ""
     devices: dict[Name, DeviceEntry] = Field(min_length=1)
     systems: dict[Name, SystemEntry] = Field(min_length=1)
 
@@ -188,7 +190,7 @@ def load_fault_tree(folder: Path) -> FaultTree | None:
     ScenarioError
         With every fault of the file.
     """
-    if not (folder / FAULT_TREE_FILE).exists():
+    if not os.path.lexists(folder / FAULT_TREE_FILE):
         return None
     reader = Reader()
     data = reader.toml(folder / FAULT_TREE_FILE, "fault_tree")

@@ -1,8 +1,17 @@
 """What can be wrong with the files of a scenario, and how it is said."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
+
+from scenarios.texts import printable
+
+MOST_NAMED = 30
+"""Known names that are told. [-]"""
+MOST_CHARACTERS = 160
+"""Of each part of a sentence, so that ten of them fit on a screen. [-]"""
+_ROW = re.compile(r"row (\d+)(, column .*)?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,16 +25,62 @@ class Fault:
     allowed: str
 
     def __str__(self) -> str:
-        place = f"{self.file}: {self.where}" if self.where else self.file
-        return f"{place}: {self.problem}; allowed: {self.allowed}"
+        where, problem, allowed = map(_short, (self.where, self.problem, self.allowed))
+        place = f"{self.file}: {where}" if where else self.file
+        return f"{place}: {problem}; allowed: {allowed}"
+
+
+def _short(text: str) -> str:
+    kept = text if len(text) <= MOST_CHARACTERS else f"{text[:MOST_CHARACTERS]}..."
+    return printable(kept)
 
 
 class ScenarioError(ValueError):
-    """A scenario folder cannot be used; ``faults`` holds everything that is wrong with it."""
+    """
+    A scenario folder cannot be used; ``faults`` holds everything that is wrong with it.
+
+    What is wrong in the same way in many rows of a column is one fault.
+    """
 
     def __init__(self, faults: tuple[Fault, ...]) -> None:
-        super().__init__("\n".join(str(fault) for fault in faults))
-        self.faults = faults
+        self.faults = _folded(faults)
+        super().__init__("\n".join(str(fault) for fault in self.faults))
+
+
+def _folded(faults: Iterable[Fault]) -> tuple[Fault, ...]:
+    """Return the faults, each sort of one column once, with the rows where it is found."""
+    rows: dict[Fault, list[int]] = {}
+    first: dict[Fault, Fault] = {}
+    for fault in dict.fromkeys(faults):
+        found = _ROW.fullmatch(fault.where)
+        sort = replace(fault, where=found[2] or "") if found else fault
+        first.setdefault(sort, fault)
+        rows.setdefault(sort, []).extend([int(found[1])] if found else [])
+    return tuple(
+        replace(fault, problem=f"{fault.problem}{also_in(rows[sort][1:])}")
+        for sort, fault in first.items()
+    )
+
+
+def also_in(rows: Sequence[int]) -> str:
+    """
+    Return the end of a sentence about the first of several rows.
+
+    Parameters
+    ----------
+    rows
+        The others.
+
+    Returns
+    -------
+    str
+        Their numbers, or how many they are if there are many; empty if there are none.
+    """
+    if not rows:
+        return ""
+    if len(rows) > 3:
+        return f", and so in {len(rows)} more rows"
+    return f", and so in row{'s' if len(rows) > 1 else ''} {', '.join(map(str, rows))}"
 
 
 def row_place(row: int, column: str = "") -> str:
@@ -66,8 +121,24 @@ def meant(name: str, known: Iterable[str]) -> str:
     names = list(known)
     if not names:
         return "nothing, because none is defined"
+    close = _close(name, names)
+    everything = ", ".join(names) if len(names) <= MOST_NAMED else ""
+    if not everything or len(everything) > MOST_CHARACTERS - 60:
+        everything = f"one of {len(names)} known names"
+    return f"{close!r} (did you mean that?) among {everything}" if close else everything
+
+
+def _close(name: str, names: Sequence[str]) -> str | None:
+    """Return the name that is likeliest meant."""
+    if len(name) > MOST_CHARACTERS:
+        return None
+    plain = {_plain(other): other for other in reversed(names)}
     stem = name.rpartition("_")[0] or name
     same_quantity = [other for other in names if stem in (other, other.rpartition("_")[0])]
-    close = same_quantity or get_close_matches(name, names, n=1)
-    everything = ", ".join(names) if len(names) <= 30 else f"one of {len(names)} known names"
-    return f"{close[0]!r} (did you mean that?) among {everything}" if close else everything
+    near = [plain[_plain(name)]] if _plain(name) in plain else same_quantity
+    near = near or [plain[key] for key in get_close_matches(_plain(name), plain, n=1)]
+    return near[0] if near else None
+
+
+def _plain(name: str) -> str:
+    return name.strip().casefold().replace(" ", "_").replace("-", "_")

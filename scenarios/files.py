@@ -2,19 +2,31 @@
 
 import csv
 import hashlib
-import io
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from scenarios.faults import Fault, meant, row_place
-from scenarios.schema import Row, check, columns
+from scenarios.faults import Fault, also_in, meant, row_place
+from scenarios.raw import UnreadableError, read_whole
+from scenarios.schema import Row, columns
+from scenarios.tables import LONGEST_LINE, LongLineError, Records, RowReader
+from scenarios.texts import printable, shown
 
 R = TypeVar("R", bound=Row)
 R_co = TypeVar("R_co", bound=Row, covariant=True)
+MOST_TOML_BYTES = 1_000_000
+MOST_CSV_BYTES = 100_000_000
+MOST_ROWS = 2_000_000
+"""Of a CSV file; more would not be read while somebody waits. [-]"""
+_DEEPEST_KEY = 30
+_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*"""
+_LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:{_PART}){{{_DEEPEST_KEY}}}")
+_LONG_NUMBER = re.compile(r"[0-9](?:_?[0-9]){4300}")
+_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
 
 
 @dataclass(frozen=True)
@@ -69,23 +81,47 @@ class Reader:
                 together.update(part)
         return together.hexdigest()
 
-    def _text(self, path: Path, role: str, *, optional: bool) -> str | None:
-        if not path.is_file():
+    def _bytes(self, path: Path, role: str, most_bytes: int, *, optional: bool) -> bytes | None:
+        """Return text in UTF-8; nothing, and a fault, if there is none."""
+        try:
+            content = read_whole(path, most_bytes)
+        except UnreadableError as error:
+            self._fault(path, "", error.problem, error.allowed)
+            return None
+        if content is None:
             if not optional:
                 self._fault(path, "", "the file is missing", "a readable file of that name")
             return None
-        try:
-            content = path.read_bytes()
-        except OSError as error:
-            self._fault(path, "", f"cannot be read: {error.strerror}", "a readable file")
-            return None
         self._read[f"{role}/{path.name}"] = content
+        return content if self._is_text(path, content) else None
+
+    def _is_text(self, path: Path, content: bytes) -> bool:
+        at, mark = content.find(b"\0"), _MARKS.get(content[:2])
+        problem = f"the text is in {mark}, not UTF-8" if mark else "has a zero byte: it is no text"
+        if not mark and at < 0:
+            try:
+                for start in range(0, len(content), 1 << 20):
+                    self._decodes(content, start, start + (1 << 20))
+            except UnicodeDecodeError as error:
+                at, problem = error.start, "bytes that are not UTF-8"
+            else:
+                return True
+        line = content.count(b"\n", 0, max(at, 0)) + 1
+        self._fault(path, f"line {line}", problem, "text encoded as UTF-8")
+        return False
+
+    @staticmethod
+    def _decodes(content: bytes, start: int, end: int) -> None:
+        # A piece must not begin or end within a character.
+        while end < len(content) and content[end] & 0xC0 == 0x80 and end > start:
+            end -= 1
+        while start > 0 and start < len(content) and content[start] & 0xC0 == 0x80:
+            start -= 1
         try:
-            return content.decode("utf-8-sig")
+            content[start:end].decode()
         except UnicodeDecodeError as error:
-            line = content.count(b"\n", 0, error.start) + 1
-            self._fault(path, f"line {line}", "bytes that are not UTF-8", "text encoded as UTF-8")
-            return None
+            error.start += start
+            raise
 
     def _fault(self, path: Path, where: str, problem: str, allowed: str) -> None:
         self.faults.append(Fault(path.name, where, problem, allowed))
@@ -106,17 +142,35 @@ class Reader:
         dict[str, Any] | None
             Its content; nothing if it cannot be read.
         """
-        text = self._text(path, role, optional=False)
-        if text is None:
+        content = self._bytes(path, role, MOST_TOML_BYTES, optional=False)
+        if content is None:
             return None
+        text = content.decode("utf-8-sig")
         try:
-            return tomllib.loads(text)
+            return self._parsed(path, text)
         except tomllib.TOMLDecodeError as error:
             found = re.search(r"line (\d+)", str(error))
             line = found.group(1) if found else str(text.count("\n") + 1)
             problem = re.sub(r" \(at .*\)$", "", str(error))
             self._fault(path, f"line {line}", problem, "valid TOML, every name only once")
-            return None
+        except RecursionError:
+            self._fault(path, "", "tables or lists are nested too deeply", "tables as documented")
+        except ValueError as error:
+            # Of numbers and dates that have the right form.
+            self._fault(path, "", f"has a value that nobody can read: {error}", "valid TOML")
+        return None
+
+    def _parsed(self, path: Path, text: str) -> dict[str, Any] | None:
+        for pattern, problem, allowed in (
+            (_LONG_KEY, f"a key of more than {_DEEPEST_KEY} parts", "keys as documented"),
+            (_LONG_NUMBER, "a number of more than 4300 digits", "numbers as documented"),
+        ):
+            found = pattern.search(text)
+            if found:
+                line = text.count("\n", 0, found.start()) + 1
+                self._fault(path, f"line {line}", problem, allowed)
+                return None
+        return tomllib.loads(text)
 
     def csv(self, path: Path, role: str, model: type[R], *, optional: bool = False) -> Table[R]:
         """
@@ -139,24 +193,60 @@ class Reader:
             Its good rows.
         """
         known = len(self.faults)
-        text = self._text(path, role, optional=optional)
-        if text is None:
+        content = self._bytes(path, role, MOST_CSV_BYTES, optional=optional)
+        if content is None:
             missing = len(self.faults) > known
             return Table(path.name, complete=not missing, present=False)
+        if content.count(b"\n") > MOST_ROWS:
+            self._fault(path, "", "has too many rows", f"up to {MOST_ROWS:,}")
+            return Table(path.name, complete=False)
+        rows: tuple[R, ...] = ()
         try:
-            lines = list(enumerate(csv.reader(io.StringIO(text, newline="")), start=1))
+            rows = self._table(path, model, iter(Records(content)), optional=optional)
         except csv.Error as error:
             self._fault(path, "", str(error), "comma-separated fields")
-            return Table(path.name, complete=False)
-        stripped = [(row, [cell.strip() for cell in line]) for row, line in lines]
-        # Spreadsheets write rows of separators below a table.
-        cells = [(row, line) for row, line in stripped if any(line)]
-        if not cells:
+        except LongLineError:
+            problem = f"a row of more than {LONGEST_LINE:,} characters"
+            self._fault(path, "", problem, "a line for each row, quotation marks in pairs")
+        return Table(path.name, rows, complete=len(self.faults) == known)
+
+    def _table(
+        self,
+        path: Path,
+        model: type[R],
+        records: Iterator[tuple[int, list[str]]],
+        *,
+        optional: bool,
+    ) -> tuple[R, ...]:
+        first = next(records, None)
+        if first is None:
             self._fault(path, "row 1", "the file is empty", ",".join(columns(model)))
-        elif self._header_is_good(path, cells[0][1], model):
-            rows = self._rows(path, model, cells, optional=optional)
-            return Table(path.name, rows, complete=len(self.faults) == known)
-        return Table(path.name, complete=False)
+            return ()
+        header = [name.strip() for name in first[1]]
+        if not self._header_is_good(path, header, model):
+            return ()
+        reader = RowReader(model, header)
+        reader.read(records)
+        self._tell(path, reader)
+        if not (reader.good or reader.refused or reader.uneven or optional):
+            self._fault(path, "row 2", "there is no row below the header", "one row or more")
+        return tuple(reader.good)
+
+    def _tell(self, path: Path, reader: RowReader[Any]) -> None:
+        """Tell what is wrong, once for each column."""
+        if reader.uneven:
+            header, cells = reader.header, reader.first_uneven
+            problem = f"has {len(cells)} fields"
+            if len(cells) == len(header) + 1 and not cells[-1].strip():
+                problem += ", the last one empty after a comma"
+            allowed = f"{len(header)} fields: {','.join(header)}"
+            first, *others = reader.uneven
+            self._fault(path, row_place(first), problem + also_in(others), allowed)
+        for column, refused in reader.refused.items():
+            problem, allowed = reader.explained(column)
+            (first, _), *rest = refused
+            problem += also_in([row for row, _ in rest])
+            self._fault(path, row_place(first, column), problem, allowed)
 
     def _header_is_good(self, path: Path, header: list[str], model: type[Row]) -> bool:
         known, wanted = len(self.faults), columns(model)
@@ -165,38 +255,20 @@ class Reader:
                 problem = f"fields are separated by {separator!r}"
                 self._fault(path, "row 1", problem, "commas, and points in decimals")
                 return False
-        for name in header:
-            if name not in wanted:
-                left = [column for column in wanted if column not in header]
-                self._fault(
-                    path,
-                    row_place(1, name),
-                    f"unknown column {name!r}",
-                    meant(name, left or wanted),
-                )
-            elif header.count(name) > 1:
+        times = Counter(header)
+        unknown = [name for name in times if name not in wanted]
+        for name in unknown[:3]:
+            left = [column for column in wanted if column not in header]
+            problem = f"unknown column {shown(name)}" if name else "a column without a name"
+            place = row_place(1, printable(name[:40]))
+            self._fault(path, place, problem, meant(name, left or wanted))
+        if len(unknown) > 3:
+            problem = f"{len(unknown) - 3} more unknown columns"
+            self._fault(path, "row 1", problem, ",".join(wanted))
+        for name in wanted:
+            if times[name] > 1:
                 self._fault(path, row_place(1, name), "occurs twice", ",".join(wanted))
         for name in columns(model, required=True):
-            if name not in header:
+            if name not in times:
                 self._fault(path, row_place(1, name), "is missing", ",".join(wanted))
         return len(self.faults) == known
-
-    def _rows(
-        self, path: Path, model: type[R], cells: list[tuple[int, list[str]]], *, optional: bool
-    ) -> tuple[R, ...]:
-        header = cells[0][1]
-        if len(cells) == 1 and not optional:
-            self._fault(path, "row 2", "there is no row below the header", "one row or more")
-        good = []
-        for row, line in cells[1:]:
-            if len(line) != len(header):
-                allowed = f"{len(header)} fields: {','.join(header)}"
-                self._fault(path, row_place(row), f"has {len(line)} fields", allowed)
-                continue
-            checked, faults = check(
-                model, {"row": row, **dict(zip(header, line, strict=True))}, path.name, row
-            )
-            self.faults += faults
-            if checked is not None:
-                good.append(checked)
-        return tuple(good)

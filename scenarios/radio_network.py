@@ -10,8 +10,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from railway.line import Line
 from railway.network import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
 from scenarios.faults import Fault, ScenarioError
+from scenarios.fields import Name, Text
 from scenarios.files import Reader
-from scenarios.schema import Name, Text, check
+from scenarios.schema import check
 
 RADIO_FILE = "radio_network.toml"
 LEAST_UPDATE_S = 0.05

@@ -1,0 +1,74 @@
+"""Kinds of keys and cells: what they may hold, and how that is said."""
+
+import math
+from typing import Annotated, TypeAlias, TypeGuard
+
+from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, StringConstraints
+
+from scenarios.texts import clock, number, text_trouble
+
+CLOCK_TEXT = "a time of day as HH:MM:SS, hours 0 to 99; after midnight they go on with 24"
+OPTION_TEXT = "a finite number, true or false, or a list of finite numbers"
+NAME_TEXT = "a text of letters a-z and A-Z, digits, '-', '_' and '.', at most 60 characters"
+MOST = 10_000
+"""Entries of one kind in a file with keys. [-]"""
+
+
+def _number(value: object) -> object:
+    found = number(value) if isinstance(value, str) else None
+    return value if found is None else found
+
+
+def _clock(value: object) -> object:
+    # A time without quotes is one to TOML, too.
+    found = clock(value) if isinstance(value, str) else None
+    if found is None:
+        raise ValueError(CLOCK_TEXT)
+    return found
+
+
+def _text(value: str) -> str:
+    trouble = text_trouble(value)
+    if trouble:
+        raise ValueError(trouble)
+    return value
+
+
+def _option(value: object) -> float | bool | tuple[float, ...]:
+    if isinstance(value, bool):
+        return value
+    if _is_finite(value):
+        return float(value)
+    if isinstance(value, list) and value and len(value) <= MOST and all(map(_is_finite, value)):
+        return tuple(map(float, value))
+    raise ValueError(OPTION_TEXT)
+
+
+def _is_finite(value: object) -> TypeGuard[float]:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False
+
+
+Cell = BeforeValidator(_number)
+Option: TypeAlias = Annotated[float | bool | tuple[float, ...], PlainValidator(_option)]
+Name: TypeAlias = Annotated[
+    str,
+    StringConstraints(pattern=r"^[A-Za-z0-9_.\-]{1,60}$"),
+    Field(description=NAME_TEXT),
+]
+OptionalName: TypeAlias = Annotated[Name | None, Field(description=NAME_TEXT)]
+Text: TypeAlias = Annotated[
+    str, StringConstraints(min_length=1, max_length=200), AfterValidator(_text)
+]
+OptionalText: TypeAlias = Annotated[str, StringConstraints(max_length=200), AfterValidator(_text)]
+Clock: TypeAlias = Annotated[str, BeforeValidator(_clock), Field(description=CLOCK_TEXT)]
+Kilometre: TypeAlias = Annotated[float, Cell, Field(ge=-1000.0, le=10000.0)]
+Percent: TypeAlias = Annotated[float, Field(gt=0.0, le=100.0)]
+Mass: TypeAlias = Annotated[float, Field(gt=0.0, le=20000.0)]
+Brake: TypeAlias = Annotated[float, Field(ge=0.5, le=12.0)]
+SweptDelay: TypeAlias = Annotated[float, Field(ge=0.0, lt=1000.0)]
+Speed: TypeAlias = Annotated[float, Field(ge=5.0, le=400.0)]
