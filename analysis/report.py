@@ -64,7 +64,10 @@ def waits_s(trajectory: pd.DataFrame) -> pd.Series:
     pd.Series
         Times of all trains together, indexed as :func:`reason_shares`. [s]
     """
-    waits = (trajectory["reason"] != DWELLING) & (trajectory["speed_mps"] == 0.0)
+    stands = trajectory["speed_mps"] == 0.0
+    # Who moves at the next sample was only starting.
+    stays = stands.groupby(trajectory["train"], sort=False).shift(-1, fill_value=False)
+    waits = (trajectory["reason"] != DWELLING) & stands & stays
     moments_s = np.unique(trajectory["time_s"])
     spacing_s = float(np.median(np.diff(moments_s))) if moments_s.size > 1 else 0.0
     return _samples_by_reason(trajectory[waits]) * spacing_s
