@@ -169,10 +169,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         1 if anything was not seen, or seen where nothing is.
     """
     parser = argparse.ArgumentParser(prog="python -m tools.mutants", description=__doc__)
-    parser.add_argument("--only", default="", help="part of the names of those to run")
+    parser.add_argument("--only", default="", help="parts of names, with commas between them")
     parser.add_argument("--jobs", type=int, default=2, help="how many at the same time")
     chosen = parser.parse_args(arguments)
-    mutants = [mutant for mutant in MUTANTS if chosen.only in mutant.name]
+    parts = chosen.only.split(",")
+    mutants = [mutant for mutant in MUTANTS if any(part in mutant.name for part in parts)]
     sound = [
         Mutant(f"none, {name}", (name,), ())
         for name in dict.fromkeys(name for mutant in mutants for name in mutant.controllers)
