@@ -214,7 +214,8 @@ MUTANTS: tuple[Mutant, ...] = (
             "gains.append(step_s * kind.level_acceleration_mps2(half_way))",
             (
                 "more_mps2 = 0.1 * kind.traction.force_n(half_way) / kind.inertial_mass_kg\n"
-                "        gains.append(step_s * (kind.level_acceleration_mps2(half_way) + more_mps2))"
+                "        more_mps2 += kind.level_acceleration_mps2(half_way)\n"
+                "        gains.append(step_s * more_mps2)"
             ),
         ),
     ),
