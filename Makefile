@@ -5,7 +5,7 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds steps limits reserve losses readme clean
+.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds steps limits reserve losses mutants readme clean
 
 rush-hour: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour
@@ -77,6 +77,10 @@ reserve: $(READY)
 # What lost telegrams cost under the control map and under the moving block by radio.
 losses: $(READY)
 	$(BIN)/python -m tools.losses
+
+# Faults that are put into a copy of the source: each one has to be seen in a run.
+mutants: $(READY)
+	$(BIN)/python -m tools.mutants
 
 # Writes the result tables of README.md from out/.
 readme: $(READY)

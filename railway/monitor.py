@@ -16,7 +16,7 @@ from railway.heights import heights_of, mean_height_m
 from railway.intrusion import Intrusions
 from railway.line import Turnout
 from railway.obstructions import Obstruction
-from railway.permissions import Permissions
+from railway.permissions import PERMISSION_KINDS, Permissions
 from railway.positions import lower_on, nearest_on_track, raise_to_depth, raise_to_entered
 from railway.promises import NO_BUFFERS, Promises
 from railway.proofs import Proofs
@@ -93,8 +93,10 @@ class Monitor:
         """
         early = list(self._proofs.early(block))
         for kind, excess, tolerance in self._bounds_passed(block):
+            # What a train that is held may do next is a promise, too.
+            judged = block.present if kind in PERMISSION_KINDS else block.moving
             # Not-a-number passes every bound.
-            passed: BoolArray = block.moving & ~(excess <= tolerance)
+            passed: BoolArray = judged & ~(excess <= tolerance)
             for step, column in np.argwhere(passed).tolist():
                 time_s = float(block.time_s[step + 1])
                 self._extend(int(block.rows[column]), kind, time_s, float(excess[step, column]))
@@ -155,6 +157,8 @@ class Monitor:
         # and nobody who stands overruns anything.
         excused = block.surprised[:-1] | ((speed_mps == 0.0) & (block.speed_mps[:-1] == 0.0))
         overrun_m = self._overrun_m(ahead_m, speed_mps, limit_m, rows)
+        if self._buffers.delay_s > 0.0:
+            overrun_m -= self._ahead_of_slope_m(front_m, ahead_m, rows)
         yield "authority", np.where(excused, -np.inf, overrun_m), near_m
         rear_m = self._rear_m(block)
         nearest_m = self._nearest_m(block, rear_m)
@@ -204,6 +208,18 @@ class Monitor:
         available = brake * (limit_m - front_m) + self._gravity_mps2[rows] * lift_m
         overrun: FloatArray = (0.5 * np.square(speed_mps) - available) / brake
         return overrun
+
+    def _ahead_of_slope_m(
+        self, front_m: FloatArray, ahead_m: FloatArray, rows: IntArray
+    ) -> FloatArray:
+        """Return what brakes gain or lose because the gradient counts where a front is now."""
+        length_m, gravity = self._world.length_m[rows], self._gravity_mps2[rows]
+        height_m = self._world.line.height_m
+        slope = (height_m(front_m) - height_m(front_m - length_m)) / length_m
+        rise_m = mean_height_m(ahead_m, length_m, *self._heights)
+        rise_m -= mean_height_m(front_m, length_m, *self._heights)
+        unlike_m: FloatArray = np.abs(rise_m - slope * (ahead_m - front_m))
+        return unlike_m * gravity / self._service_mps2[rows]
 
     def _rear_m(self, block: StepBlock) -> FloatArray:
         """Return the rear that each train shows to the next one: where it may come to a stand."""

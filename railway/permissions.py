@@ -24,6 +24,8 @@ IN_PLATFORM_M = 1.0
 """A front this far in a platform section has entered it. [m]"""
 ROUNDING_S = 1e-3
 
+PERMISSION_KINDS = frozenset({"margin", "grant", "release", "platform"})
+"""What is judged of trains that are held by a stop, too."""
 Bound = tuple[str, FloatArray, float]
 """Kind of a rule, by how much it is broken [m], shape (n_steps, n_columns), and its tolerance."""
 

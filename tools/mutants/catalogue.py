@@ -68,9 +68,11 @@ MUTANTS: tuple[Mutant, ...] = (
         (
             LEADERS,
             "before[row, section] = last_on_track.get(track, -1)",
-            "ahead = last_on_track.get(track, -1)\n"
-            "            merges = section == 1 and ahead >= 0\n"
-            "            before[row, section] = before[ahead, section] if merges else ahead",
+            (
+                "ahead = last_on_track.get(track, -1)\n"
+                "            merges = section == 1 and ahead >= 0\n"
+                "            before[row, section] = before[ahead, section] if merges else ahead"
+            ),
         ),
     ),
     _mutant(
@@ -116,9 +118,11 @@ MUTANTS: tuple[Mutant, ...] = (
         (
             "railway/loop.py",
             "authority, permitted = protection.authorise(state, permitted)",
-            "authority, permitted = protection.authorise(state, permitted)\n"
-            "        given.append(authority)\n"
-            "        authority = given[max(len(given) - 1 - round(2.0 / world.step_s), 0)]",
+            (
+                "authority, permitted = protection.authorise(state, permitted)\n"
+                "        given.append(authority)\n"
+                "        authority = given[max(len(given) - 1 - round(2.0 / world.step_s), 0)]"
+            ),
         ),
     ),
     _mutant(
@@ -196,8 +200,10 @@ MUTANTS: tuple[Mutant, ...] = (
         (
             OVER_RADIO,
             "reported_m = memory.reports.front_m - self._world.length_m",
-            "ran_m = 3.0 * memory.reports.speed_mps\n"
-            "        reported_m = memory.reports.front_m - self._world.length_m + ran_m",
+            (
+                "ran_m = 3.0 * memory.reports.speed_mps\n"
+                "        reported_m = memory.reports.front_m - self._world.length_m + ran_m"
+            ),
         ),
     ),
     _mutant(
@@ -206,8 +212,11 @@ MUTANTS: tuple[Mutant, ...] = (
         (
             DRIVE,
             "gains.append(step_s * kind.level_acceleration_mps2(half_way))",
-            "more_mps2 = 0.1 * kind.traction.force_n(half_way) / kind.inertial_mass_kg\n"
-            "        gains.append(step_s * (kind.level_acceleration_mps2(half_way) + more_mps2))",
+            (
+                "more_mps2 = 0.1 * kind.traction.force_n(half_way) / kind.inertial_mass_kg\n"
+                "        more_mps2 += kind.level_acceleration_mps2(half_way)\n"
+                "        gains.append(step_s * more_mps2)"
+            ),
         ),
     ),
     *(
@@ -217,8 +226,11 @@ MUTANTS: tuple[Mutant, ...] = (
             (
                 DRIVE,
                 "next_mps[train] = min(wish, emergency)",
-                "least = min(wish, emergency)\n"
-                f"        next_mps[train] = max(min(least, speed - {times} * (speed - least)), 0.0)",
+                (
+                    "least = min(wish, emergency)\n"
+                    f"        harder = speed - {times} * (speed - least)\n"
+                    "        next_mps[train] = max(min(least, harder), 0.0)"
+                ),
             ),
         )
         for name, times in (("10 % too hard", 1.1), ("harder than in emergency", 1.6))
@@ -238,8 +250,10 @@ MUTANTS: tuple[Mutant, ...] = (
         (
             CONTROL_MAP,
             "furthest_m = np.where(plan.planned, limit_m.max(axis=1), -np.inf)",
-            "limit_m = limit_m + 60.0\n"
-            "        furthest_m = np.where(plan.planned, limit_m.max(axis=1), -np.inf)",
+            (
+                "limit_m = limit_m + 60.0\n"
+                "        furthest_m = np.where(plan.planned, limit_m.max(axis=1), -np.inf)"
+            ),
         ),
         (CONTROL_MAP, "if not self._excludes(", "if False and not self._excludes("),
     ),
