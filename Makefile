@@ -5,10 +5,11 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds steps limits reserve losses mutants readme clean
+.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds steps limits reserve losses kills mutants readme clean
 
+# A target makes its results anew: after an edit of the program earlier runs are refused.
 rush-hour: $(READY)
-	$(BIN)/python run.py scenarios/rush_hour
+	$(BIN)/python run.py scenarios/rush_hour --fresh
 
 # Headways, blocking times and occupation under four protections; writes out/rush_hour_capacity/.
 capacity: $(READY)
@@ -17,7 +18,7 @@ capacity: $(READY)
 
 # What the trains of an earlier rush hour ask of the radio; writes out/rush_hour_radio/.
 radio: $(READY)
-	test -f out/rush_hour/summary.csv || $(BIN)/python run.py scenarios/rush_hour
+	test -f out/rush_hour/summary.csv || $(BIN)/python run.py scenarios/rush_hour --fresh
 	$(BIN)/python run.py radio scenarios/rush_hour
 
 # Failures, availability and fault tree; writes out/control_map_availability/.
@@ -26,14 +27,14 @@ availability: $(READY)
 
 # The case study of Sakai et al. 2020: one sweep for each of its three cases.
 sakai: $(READY)
-	$(BIN)/python run.py scenarios/sakai_case1
-	$(BIN)/python run.py scenarios/sakai_case2
-	$(BIN)/python run.py scenarios/sakai_case3
+	$(BIN)/python run.py scenarios/sakai_case1 --fresh
+	$(BIN)/python run.py scenarios/sakai_case2 --fresh
+	$(BIN)/python run.py scenarios/sakai_case3 --fresh
 
 # Multi-step ATC against ATD, and energy-saving driving: the examples of Takaoka et al. 1991.
 takaoka: $(READY)
-	$(BIN)/python run.py scenarios/atd_headway
-	$(BIN)/python run.py scenarios/eco_driving
+	$(BIN)/python run.py scenarios/atd_headway --fresh
+	$(BIN)/python run.py scenarios/eco_driving --fresh
 
 test: $(READY)
 	$(BIN)/python -m pytest -n auto
@@ -58,7 +59,7 @@ contracts: $(READY)
 bench: $(READY)
 	$(BIN)/python -m tools.bench
 
-# Twenty seeds of every controller, for means and confidence intervals.
+# Twenty seeds of every controller, for means and confidence intervals; goes on where it was ended.
 seeds: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour --seeds 20 --out out/seeds
 
@@ -77,6 +78,10 @@ reserve: $(READY)
 # What lost telegrams cost under the control map and under the moving block by radio.
 losses: $(READY)
 	$(BIN)/python -m tools.losses
+
+# Kills studies and their workers at random moments; fails if a finished run is lost.
+kills: $(READY)
+	$(BIN)/python -m tools.kills
 
 # Faults that are put into a copy of the source: each one has to be seen in a run.
 mutants: $(READY)

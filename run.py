@@ -12,9 +12,7 @@ from typing import Annotated, Any, TypeAlias
 
 import typer
 from rich.markup import escape
-from rich.progress import ProgressColumn, Task, TaskID
 from rich.table import Table
-from rich.text import Text
 from typer.core import TyperCommand, TyperGroup
 
 import availability
@@ -28,16 +26,12 @@ from analysis import (
     RadioTables,
     availability_texts,
     capacity_texts,
-    comparison,
-    comparison_note,
-    comparison_texts,
     fault_texts,
     fault_tree_texts,
     headway_texts,
     pattern_text,
     radio_load_texts,
     radio_sentences,
-    sweep_texts,
 )
 from interrupts import EXIT_INTERRUPTED, end_as_by_ctrl_c
 from listing import Listing, controllers_of, known_controllers, versions
@@ -48,9 +42,7 @@ from screen import (
     EXIT_FAILED,
     EXIT_VIOLATION,
     SIDE_BY_SIDE,
-    Log,
     answers,
-    bars,
     complain,
     console,
     counted,
@@ -62,6 +54,7 @@ from screen import (
     show_table,
     show_warnings,
 )
+from study_screen import report, run_shown
 
 __all__ = [
     "EXIT_BAD_INPUT",
@@ -112,17 +105,6 @@ class Unnamed(TyperCommand):
 
 
 app = typer.Typer(cls=Commands, add_completion=False, pretty_exceptions_enable=False)
-
-
-class Clock(ProgressColumn):
-    """Simulated time and speed-up."""
-
-    def render(self, task: Task) -> Text:
-        """Return both as text."""
-        elapsed_s = task.finished_time if task.finished else task.elapsed
-        speed_up = task.completed / elapsed_s if elapsed_s else 0.0
-        minutes = int(task.completed // 60)
-        return Text(f"{minutes // 60:d} h {minutes % 60:02d} min, {speed_up:,.0f} x", no_wrap=True)
 
 
 def _show_versions(value: bool) -> None:
@@ -256,8 +238,8 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument per option of the command 
             gui=gui,
             fresh=fresh,
         )
-        result = _run(chosen, out)
-    _report(result, chosen)
+        result = run_shown(chosen, out)
+    _end(report(result, chosen))
 
 
 @app.command("capacity")
@@ -443,123 +425,9 @@ def _chosen(scenario: Path, **choices: Any) -> study.Study:  # noqa: ANN401 - as
     return chosen
 
 
-def _run(chosen: study.Study, out: Path) -> study.StudyResult:
-    if not console.is_terminal:
-        return _run_with_log(chosen, out)
-    with bars(Clock()) as shown:
-        # Of each controller.
-        runs = len(chosen.tasks) // len(chosen.specs)
-        many = f", {runs} {'delays' if chosen.scenario.sweep else 'seeds'}" if runs > 1 else ""
-        # A bar per controller: one per run would not fit on a screen.
-        bar_of: dict[str, TaskID] = {}
-        done: dict[study.Task, float] = {}
-
-        def show(task: study.Task, done_s: float, expected_s: float) -> None:
-            name, done[task] = task.controller, done_s
-            if name not in bar_of:
-                bar_of[name] = shown.add_task(f"{name}{many}")
-            together_s = sum(s for other, s in done.items() if other.controller == name)
-            total_s = max(together_s, runs * expected_s)
-            shown.update(bar_of[name], completed=together_s, total=total_s)
-
-        return study.run_study(chosen, out, show, _say)
-
-
-def _run_with_log(chosen: study.Study, out: Path) -> study.StudyResult:
-    log = Log()
-
-    def show(task: study.Task, done_s: float, expected_s: float) -> None:
-        share = 100.0 * min(done_s / expected_s, 1.0) if expected_s > 0.0 else 100.0
-        log.tell(f"{task}: {share:.0f} %")
-
-    def tell(task: study.Task, end: str, done: int, total: int) -> None:
-        log.tell(f"{task}: {end}, {done} of {total}", always=True)
-
-    return study.run_study(chosen, out, show, _say, tell)
-
-
-def _say(sentence: str) -> None:
-    console.print(escape(sentence), soft_wrap=True, highlight=False)
-
-
-def _report(result: study.StudyResult, chosen: study.Study) -> None:
-    if result.summary is not None:
-        if result.sweep:
-            header, rows = sweep_texts(result.sweep.indicators)
-            show_table(header, *rows)
-            if result.sweep.published:
-                source = escape(result.sweep.published.source)
-                answers.print(f"Published: {source}", soft_wrap=True)
-        else:
-            compared = comparison(result.summary)
-            header, rows = comparison_texts(compared)
-            if header[2:]:
-                answers.print(escape(comparison_note(compared)), soft_wrap=True)
-            show_side_by_side(header, rows, kept=2, shown=SIDE_BY_SIDE - 1)
-        answers.print(f"Results: {result.folder}", soft_wrap=True)
-    show_group(
-        counted_text(len(result.violations), "safety violation", "safety violations"),
-        result.violations,
-    )
-    show_group(counted_text(len(result.failures), "failure", "failures"), result.failures)
-    show_group(
-        "Not all trains had finished", unfinished_texts(result, chosen.scenario), style="yellow"
-    )
-    if result.interrupted:
-        told = "what was finished is kept" if result.outcomes else "no run was finished"
-        again = " without --fresh" if chosen.fresh else ""
-        more = f"; the same command{again} goes on from there" if result.outcomes else ""
-        console.print(f"Interrupted: {told}{more}.", soft_wrap=True)
-    status = exit_status(
-        violations=bool(result.violations),
-        failures=bool(result.failures),
-        interrupted=result.interrupted,
-    )
-    _end(status)
-
-
 def _end(status: int) -> None:
     if status:
         raise typer.Exit(status)
-
-
-def unfinished_texts(result: study.StudyResult, scenario: Scenario) -> list[str]:
-    """
-    Return how many trains had not finished when a run was given up.
-
-    Parameters
-    ----------
-    result
-        What was run.
-    scenario
-        How long a run waits for late trains.
-
-    Returns
-    -------
-    list[str]
-        A sentence for each run that was asked for and that it is true of.
-    """
-    if result.summary is None:
-        return []
-    columns = ["controller", "seed", "initial_delay_s", "trains", "trains_completed"]
-    left = {
-        (name, seed, delay_s): trains - completed
-        for name, seed, delay_s, trains, completed in result.summary[columns].itertuples(
-            index=False, name=None
-        )
-    }
-    sentences = []
-    for outcome in result.outcomes:
-        task = outcome.task
-        count = left[task.controller, task.seed, task.initial_delay_s or 0.0]
-        # What ended early is told of as a failure.
-        if count and not outcome.failure:
-            trains = counted_text(count, "train", "trains")
-            patience = f"patience_min = {scenario.patience_s / 60.0:g}"
-            swept = f", {task.initial_delay_s:.1f} s" if task.initial_delay_s is not None else ""
-            told = f"{trains} had not finished when {patience} ended the run"
-            sentences.append(f"{told} ({task.controller}, seed {task.seed}{swept})")
-    return sentences
 
 
 if __name__ == "__main__":

@@ -21,8 +21,7 @@ from types import FrameType
 from typing import Any, Generic, NoReturn, TypeAlias, TypeVar
 
 import interrupts
-from analysis.results import UNFINISHED
-from railway.loop import sentence_of
+from railway.errors import sentence_of
 
 TaskT = TypeVar("TaskT")
 Result = TypeVar("Result")
@@ -32,6 +31,9 @@ PATIENCE_S = 3.0
 """Workers that do not end by themselves so long after they were asked to are killed. [s]"""
 GRACE_S = 1.0
 """So long a worker without a parent has for ending by itself. [s]"""
+UNFINISHED = ".unfinished"
+"""Folder for temporary files in a results folder, as ``analysis`` calls it, which takes long to
+import."""
 POLL_S = 0.5
 """How often to look whether a signal has come that Python could not raise. [s]"""
 

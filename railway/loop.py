@@ -8,6 +8,7 @@ from railway.arrays import FloatArray
 from railway.control import Controller
 from railway.energy import EnergyMeter
 from railway.engine import Engine
+from railway.errors import sentence_of
 from railway.faults import Fault, Units, disturbed, silenced
 from railway.monitor import Monitor
 from railway.obstructions import UNDISTURBED, Disruptions
@@ -150,21 +151,3 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
         train_steps=recorder.train_steps,
         failure=failure,
     )
-
-
-def sentence_of(error: BaseException) -> str:
-    """
-    Return an error in one line.
-
-    Parameters
-    ----------
-    error
-        Any error.
-
-    Returns
-    -------
-    str
-        Its kind and what it says.
-    """
-    told = " ".join(str(error).split())
-    return f"{type(error).__name__}: {told}" if told else type(error).__name__

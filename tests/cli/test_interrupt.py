@@ -12,7 +12,14 @@ import pytest
 
 from analysis import read_results
 from tests.cli import layers
-from tests.cli.command import PATIENCE_S, is_group_gone, press_ctrl_c, start, two_controllers
+from tests.cli.command import (
+    PATIENCE_S,
+    is_group_gone,
+    kankaku,
+    press_ctrl_c,
+    start,
+    two_controllers,
+)
 
 INTERRUPTED = 130
 SCRIPT = Path(layers.__file__)
@@ -97,3 +104,18 @@ def test_a_closed_terminal_leaves_no_process_and_no_folder(places: Path) -> None
         assert is_group_gone(process.pid)
     assert read_results(places / "out" / "small").controllers == ("plain",)
     assert not list(left_over(places))
+
+
+def test_a_killed_command_leaves_no_process_and_no_folder_and_is_continued(places: Path) -> None:
+    folder = two_controllers(places / "small", protection="stuck")
+    with started(places, folder, "2") as process:
+        wait_for(process, places, ACCEPTED)
+        process.kill()
+        process.communicate()
+        assert is_group_gone(process.pid)
+    assert not list(left_over(places))
+    assert {item.name for item in (places / "out" / "small").iterdir()} == {"plain"}
+    screen = kankaku(folder, "--out", places / "out", "--controller", "plain")
+    assert screen.status == 0, screen.complaints
+    assert "nothing had to be run" in screen.complaints
+    assert read_results(places / "out" / "small").controllers == ("plain",)
