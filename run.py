@@ -14,6 +14,7 @@ from typer.core import TyperCommand, TyperGroup
 
 import availability
 import capacity
+import controllers
 import faults
 import radio_load
 import study
@@ -220,6 +221,7 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument per option of the command 
             jobs=jobs,
             gui=gui,
         )
+        _show_doubts(chosen)
         result = _run(chosen, out)
     _report(result)
 
@@ -247,6 +249,7 @@ def show_capacity(  # noqa: PLR0917 - one argument per option of the command lin
             jobs=jobs,
             everything=True,
         )
+        _show_doubts(chosen)
         with bars() as shown:
             bar = shown.add_task("capacity")
             found = capacity.run_capacity(
@@ -405,6 +408,12 @@ def _chosen(scenario: Path, **choices: Any) -> study.Study:  # noqa: ANN401 - as
     chosen = study.choose(scenario, **choices)
     show_warnings(chosen.scenario.warnings)
     return chosen
+
+
+def _show_doubts(chosen: study.Study) -> None:
+    """Tell what is doubtful in how controllers fit the line."""
+    world = study.world_of(chosen.scenario, chosen.step_s)
+    show_warnings(controllers.warnings(chosen.specs, world, chosen.scenario.radio))
 
 
 def _run(chosen: study.Study, out: Path) -> study.StudyResult:
