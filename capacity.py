@@ -35,6 +35,7 @@ from railway.control import Controller, Foresight, exclusive_pieces
 from railway.headway import Headway, blocking_times_s, technical_headways
 from railway.journey import Journey, booked_journey, technical_journey
 from railway.pattern import PeakPattern, busiest_hour, peak_pattern
+from railway.permitted import permitted_profile
 from railway.scenario import ControllerSpec
 from railway.timetable import Service, Timetable
 from railway.world import World
@@ -228,7 +229,7 @@ def _first_alike(specs: Sequence[ControllerSpec]) -> dict[str, str]:
 
 
 def _technical(world: World, foresight: Foresight, row: int) -> tuple[Journey, tuple[Headway, ...]]:
-    journey = technical_journey(world, foresight.profile, row)
+    journey = technical_journey(world, permitted_profile(world, foresight, row), row)
     return journey, technical_headways(world, foresight, journey)
 
 
@@ -309,7 +310,9 @@ def _stretches(controller: Controller, world: World, service: Service) -> Stretc
 
 def _occupation(world: World, foresight: Foresight) -> Occupation | None:
     rows = range(world.size)
-    journeys = [booked_journey(world, foresight.profile, row) for row in rows]
+    journeys = [
+        booked_journey(world, permitted_profile(world, foresight, row), row) for row in rows
+    ]
     if len(rows) < 2:
         return None
     least_s = least_shifts_s(world, foresight, journeys)

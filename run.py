@@ -17,6 +17,7 @@ from typer.core import TyperCommand, TyperGroup
 
 import availability
 import capacity
+import controllers
 import faults
 import radio_load
 import study
@@ -238,6 +239,7 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument per option of the command 
             gui=gui,
             fresh=fresh,
         )
+        _show_doubts(chosen)
         result = run_shown(chosen, out)
     _end(report(result, chosen))
 
@@ -265,6 +267,7 @@ def show_capacity(  # noqa: PLR0917 - one argument per option of the command lin
             jobs=jobs,
             everything=True,
         )
+        _show_doubts(chosen)
         with counted("capacity") as progress:
             found = capacity.run_capacity(chosen, out, simulate, progress)
     if found.tables is not None:
@@ -423,6 +426,12 @@ def _chosen(scenario: Path, **choices: Any) -> study.Study:  # noqa: ANN401 - as
     chosen = study.choose(scenario, **choices)
     show_warnings(chosen.scenario.warnings)
     return chosen
+
+
+def _show_doubts(chosen: study.Study) -> None:
+    """Tell what is doubtful in how controllers fit the line."""
+    world = study.world_of(chosen.scenario, chosen.step_s)
+    show_warnings(controllers.warnings(chosen.specs, world, chosen.scenario.radio))
 
 
 def _end(status: int) -> None:

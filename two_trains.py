@@ -11,6 +11,7 @@ from railway.control import Controller, Foresight
 from railway.dwell import DwellDelays
 from railway.journey import Journey, technical_journey
 from railway.obstructions import UNDISTURBED
+from railway.permitted import permitted_profile
 from railway.records import RunRecord
 from railway.scenario import ControllerSpec, Scenario
 from railway.timetable import Call, Timetable
@@ -76,8 +77,8 @@ def simulated_headway_s(
     steps = max(round(RESOLUTION_S / study.step_s), 1)
     unit_s = steps * study.step_s
     world = world_of(study.scenario, study.step_s)
-    profile = foresight_of(controllers.build(spec, world, study.scenario.radio)).profile
-    journey = technical_journey(world, profile, row)
+    foresight = foresight_of(controllers.build(spec, world, study.scenario.radio))
+    journey = technical_journey(world, permitted_profile(world, foresight, row), row)
 
     def is_free(units: int) -> bool:
         headway_s = units * unit_s

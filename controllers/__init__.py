@@ -5,7 +5,7 @@ A protection or operation is built from the world and an options dataclass, whos
 the keys that a scenario file may set.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, fields
 from enum import Enum
 from functools import partial
@@ -40,6 +40,7 @@ __all__ = [
     "build",
     "choose_layer",
     "options_of",
+    "warnings",
 ]
 
 
@@ -205,6 +206,42 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
         by_radio=by_radio,
         promises=protection.promises,
     )
+
+
+def warnings(
+    specs: Iterable[ControllerSpec], world: World, radio: RadioSpec = LOSSLESS
+) -> tuple[str, ...]:
+    """
+    Return what is allowed but doubtful in some controllers on a line.
+
+    Parameters
+    ----------
+    specs
+        The controllers.
+    world
+        The line and its trains.
+    radio
+        What commands go by that go by radio.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Sentences, with the names of the controllers that they hold for.
+
+    Raises
+    ------
+    ControllerError
+        If a controller that could be doubtful cannot be built.
+    """
+    names: dict[str, list[str]] = {}
+    for spec in specs:
+        layer = PROTECTIONS.get(spec.protection)
+        # What has nothing to say need not be built for that.
+        if layer is not None and hasattr(layer.build, "warnings"):
+            protection: Any = build(spec, world, radio).protection
+            for sentence in protection.warnings():
+                names.setdefault(sentence, []).append(spec.name)
+    return tuple(f"{', '.join(alike)}: {sentence}" for sentence, alike in names.items())
 
 
 def options_of(spec: ControllerSpec) -> dict[str, dict[str, Option]]:

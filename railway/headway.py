@@ -21,12 +21,11 @@ import numpy as np
 from railway.arrays import BoolArray, FloatArray
 from railway.control import Foresight
 from railway.journey import Journey
+from railway.permitted import HARDLY_MPS
 from railway.world import World
 
 EXACT_S, EXACT_M = 1e-3, 1e-3
 """How exactly moments and limits are found. [s], [m]"""
-HARDLY_MPS = 1e-4
-"""Who is permitted so much less than it runs is not hindered. [m/s]"""
 
 
 class Search(NamedTuple):

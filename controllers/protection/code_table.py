@@ -32,7 +32,9 @@ class Braking(NamedTuple):
     @property
     def unbraked_s(self) -> float:
         """Time that a train runs on after the boundary, at most. [s]"""
-        return self.idle_time_s + 2.0 * self.step_s
+        # The boundary is noticed a step late, and the idle time ends within another one.
+        steps = 2.0 if self.idle_time_s else 1.0
+        return self.idle_time_s + steps * self.step_s
 
 
 def code_table(
@@ -94,12 +96,7 @@ class _Room(NamedTuple):
 def _room(
     profile: Profile, kind: int, blocks: Tiling, codes_mps: FloatArray, braking: Braking
 ) -> _Room:
-    ceiling_mps = profile.ceiling_mps[kind]
-    first, last = np.searchsorted(profile.grid_m, [blocks.start_m, blocks.end_m])
-    greatest_mps = np.array(
-        [ceiling_mps[max(a - 1, 0) : b + 1].max() for a, b in zip(first, last, strict=True)]
-    )
-    entry_mps = np.minimum(codes_mps, greatest_mps[:, np.newaxis])
+    entry_mps = entry_speeds_mps(profile, kind, blocks, codes_mps)
     from_m = blocks.start_m[:, np.newaxis] + entry_mps * braking.unbraked_s
 
     def taken(until_m: FloatArray) -> FloatArray:
@@ -112,6 +109,37 @@ def _room(
         return square
 
     return _Room(entry_mps, taken(blocks.end_m), taken(blocks.end_m - braking.overlap_m))
+
+
+def entry_speeds_mps(
+    profile: Profile, kind: int, blocks: Tiling, codes_mps: FloatArray
+) -> FloatArray:
+    """
+    Return how fast a train at some code enters a block.
+
+    Parameters
+    ----------
+    profile
+        The line.
+    kind
+        Row of the train's type in it.
+    blocks
+        The blocks.
+    codes_mps
+        The codes. [m/s], shape (n_codes,)
+
+    Returns
+    -------
+    FloatArray
+        The code, or the line ceiling where that is lower. [m/s], shape (n_places, n_codes)
+    """
+    ceiling_mps = profile.ceiling_mps[kind]
+    first, last = np.searchsorted(profile.grid_m, [blocks.start_m, blocks.end_m])
+    greatest_mps = np.array(
+        [ceiling_mps[max(a - 1, 0) : b + 1].max() for a, b in zip(first, last, strict=True)]
+    )
+    entry_mps: FloatArray = np.minimum(codes_mps, greatest_mps[:, np.newaxis])
+    return entry_mps
 
 
 def _codes_before_mps(

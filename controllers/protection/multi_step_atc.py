@@ -14,6 +14,7 @@ import numpy as np
 
 from controllers.options import OptionError, require
 from controllers.protection.ceiling import CeilingFigures, LineCeiling, ceiling_ahead_mps
+from controllers.protection.code_doubts import never_shown
 from controllers.protection.code_table import Braking, code_table
 from controllers.protection.fixed_block import detection_on
 from railway.arrays import BoolArray, FloatArray, IntArray
@@ -84,16 +85,29 @@ class MultiStepAtc:
         self.delay_s = 0.0
         self.release_delay_s = world.line.release_delay_s
         self.idle_time_s = options.idle_time_s
-        codes_mps = np.array(options.codes_kmh) / 3.6
-        braking = Braking(options.idle_time_s, options.overlap_m, world.step_s)
+        self._codes_mps = np.array(options.codes_kmh) / 3.6
+        self._braking = Braking(options.idle_time_s, options.overlap_m, world.step_s)
         counted = int(options.counted_blocks)
-        self.code_mps = code_table(world, self._detection, codes_mps, braking, counted)
+        self.code_mps = code_table(world, self._detection, self._codes_mps, self._braking, counted)
         """Codes by train type, block of a route, and free blocks ahead. [m/s]"""
         self._ceiling = LineCeiling(world, world.profile)
         self._blocks = plain(self._detection.blocks)
         self._line_ceiling = plain(self._ceiling.figures)
         self._no_delay_s = np.zeros(world.size)
         self._below_mps = options.release_below_kmh / 3.6
+
+    def warnings(self) -> tuple[str, ...]:
+        """
+        Return what is doubtful in how codes and blocks fit each other.
+
+        Returns
+        -------
+        tuple[str, ...]
+            Sentences.
+        """
+        return never_shown(
+            self._world, self._detection, self._codes_mps, self._braking, self.code_mps
+        )
 
     def initial(self) -> Shown:
         """
