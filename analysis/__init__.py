@@ -1,5 +1,12 @@
 """From the record of a run to tables, indicators, figures and a report."""
 
+import os
+
+from railway.places import plotting_folder
+
+# Matplotlib looks for it once, when it is imported, and complains where home cannot be written.
+os.environ["MPLCONFIGDIR"] = plotting_folder()
+
 from analysis.capacity import (
     Assessment,
     Occupation,

@@ -35,6 +35,8 @@ STYLE: dict[Any, Any] = {
     "path.simplify_threshold": 0.2,
     "svg.hashsalt": "kankaku",
     "text.color": INK,
+    # A name with a dollar sign is no formula.
+    "text.parse_math": False,
     "xtick.color": INK,
     "ytick.color": INK,
 }

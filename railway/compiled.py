@@ -3,7 +3,8 @@ Compilation of the functions that run in every step.
 
 A step has some thirty operations on arrays of a few dozen trains. One compiled function
 costs what two or three array operations cost, so the physics is written as formulas and
-loops over trains and compiled by numba; results are cached beside the source.
+loops over trains and compiled by numba; results are cached beside the source, or where
+``railway.places.cache_folder`` says.
 
 Numba takes a cached function for fresh as long as the function's own file has not changed. Here it
 is fresh as long as none of the files has changed that its code was compiled from.
@@ -11,7 +12,9 @@ is fresh as long as none of the files has changed that its code was compiled fro
 
 import hashlib
 import inspect
+import pickle
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -19,6 +22,7 @@ from typing import Any, TypeVar, cast
 import numba
 
 from railway.arrays import FloatArray
+from railway.places import cache_folder
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -41,7 +45,7 @@ def compiled(function: Function) -> Function:
     Function
         The same, compiled.
     """
-    made = numba.njit(cache=True, error_model="numpy")(function)
+    made = _cached(lambda cache: numba.njit(cache=cache, error_model="numpy")(function))
     files = _SOURCES[id(made)] = _sources(function)
     _watch(made, files)
     return cast("Function", made)
@@ -63,7 +67,7 @@ def elementwise(function: Callable[..., float]) -> Callable[..., FloatArray]:
     """
     arguments = ", ".join(["float64"] * function.__code__.co_argcount)
     vectorize: Callable[..., Any] = numba.vectorize
-    made = vectorize([f"float64({arguments})"], cache=True)(function)
+    made = _cached(lambda cache: vectorize([f"float64({arguments})"], cache=cache)(function))
     _SOURCES[id(made)] = _sources(function)
     return cast("Callable[..., FloatArray]", made)
 
@@ -86,6 +90,19 @@ def plain(fields: tuple[Any, ...]) -> Any:  # noqa: ANN401 - of the same kinds, 
         Its fields.
     """
     return tuple(fields)
+
+
+def _cached(make: Callable[[bool], Any]) -> Any:  # noqa: ANN401 - numba has no types
+    """Compile with the cache beside the source or in the user's home; else with one elsewhere."""
+    try:
+        return make(True)
+    except RuntimeError:
+        # Neither place can be written.
+        elsewhere = cache_folder()
+    if elsewhere is None:
+        return make(False)
+    numba.config.CACHE_DIR = str(elsewhere / "numba")
+    return make(True)
 
 
 def _sources(function: Callable[..., Any]) -> frozenset[str]:
@@ -117,12 +134,20 @@ def _watch(made: Any, files: frozenset[str]) -> None:  # noqa: ANN401 - numba ha
     def load_index() -> dict[Any, str]:
         try:
             found: dict[Any, str] = load()
-        except (AttributeError, ImportError):
-            # It names a class that is gone.
+        except (AttributeError, ImportError, EOFError, ValueError, pickle.UnpicklingError):
+            # It names a class that is gone, or was cut off.
             return {}
         return found
 
+    save = kept.save_overload
+
+    def save_overload(*arguments: Any) -> None:  # noqa: ANN401 - numba has no types
+        with suppress(OSError):
+            # A full disk: it is compiled again next time.
+            save(*arguments)
+
     index._load_index = load_index  # noqa: SLF001
+    kept.save_overload = save_overload
 
 
 @compiled

@@ -45,7 +45,7 @@ class LineTables:
     circuits: Table[CircuitRow]
     geometry: Table[GeometryRow]
 
-    @property
+    @cached_property
     def sections(self) -> list[list[TrackRow]]:
         """Parallel tracks grouped by section, along the line."""
         groups: dict[str, list[TrackRow]] = {}

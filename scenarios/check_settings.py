@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
+from railway.places import name_problem
 from railway.radio import keeps_pace
 from scenarios.check_timetable import TimetableTables, calls_by_train
 from scenarios.faults import Fault, meant
@@ -99,6 +100,10 @@ def controller_faults(settings: ScenarioFile, file: str) -> list[Fault]:
         if other != name:
             problem = f"differs from {other!r} only by capital letters"
             faults.append(Fault(file, f"controllers.{name}", problem, "every name once"))
+        problem = name_problem(name)
+        if problem:
+            allowed = "another name, for example 'moving_block'"
+            faults.append(Fault(file, f"controllers.{name}", problem, allowed))
     for name, controller in settings.controllers.items():
         faults += [
             Fault(file, f"controllers.{name}.{key}", problem, PAIR_OR_PEER)

@@ -15,6 +15,7 @@ from scenarios.schema import (
     ServiceRow,
     TrainEntry,
 )
+from scenarios.units import next_day, whole_seconds
 from scenarios.ways import ends_on_the_way, route_of
 
 
@@ -41,8 +42,7 @@ def seconds(clock: str) -> int:
     int
         Seconds after midnight. [s]
     """
-    hours, minutes, rest = (int(part) for part in clock.split(":"))
-    return 3600 * hours + 60 * minutes + rest
+    return whole_seconds(clock)
 
 
 def calls_by_train(timetable: TimetableTables) -> dict[str, list[CallRow]]:
@@ -142,10 +142,10 @@ def _dwell_station_faults(timetable: TimetableTables, line: LineTables) -> list[
 def _reference_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
     table = timetable.calls
     faults = []
-    known: tuple[tuple[str, bool, list[str]], ...] = (
-        ("train", timetable.services.complete, [row.train for row in timetable.services]),
-        ("station", line.stations.complete, [row.id for row in line.stations]),
-        ("track", line.tracks.complete, [row.id for row in line.tracks]),
+    known = (
+        ("train", timetable.services.complete, {row.train: row for row in timetable.services}),
+        ("station", line.stations.complete, {row.id: row for row in line.stations}),
+        ("track", line.tracks.complete, {row.id: row for row in line.tracks}),
     )
     timed = {row.station for row in timetable.dwell_stations}
     untimed: set[str] = set()
@@ -189,7 +189,8 @@ def _sequence_faults(
             faults.append(table.fault(after, "track", problem, allowed))
         if seconds(after.arrival) < seconds(before.departure):
             problem = f"{after.arrival} is earlier than the departure of row {before.row}"
-            faults.append(table.fault(after, "arrival", problem, f"from {before.departure}"))
+            allowed = f"from {before.departure}{next_day(before.departure, after.arrival)}"
+            faults.append(table.fault(after, "arrival", problem, allowed))
     return faults
 
 
@@ -207,7 +208,8 @@ def _stop_faults(
         least_s = minimum_s.get(call.station, 0.0)
         if dwell_s < least_s:
             problem = f"a dwell of {dwell_s} s at {call.station!r} is too short"
-            allowed = f"{least_s:g} s or more after {call.arrival}"
+            hint = next_day(call.arrival, call.departure)
+            allowed = f"{least_s:g} s or more after {call.arrival}{hint}"
             faults.append(table.fault(call, "departure", problem, allowed))
         platform = line.platform_at.get((call.station, call.track))
         if kind and platform and _overhang_m(platform, kind) > 1e-3:
@@ -267,20 +269,24 @@ def _end_faults(
 def _start_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
     """Return what is wrong where trains start in the way of trains that go before them."""
     by_train = calls_by_train(timetable)
-    earlier: list[tuple[str, float, set[tuple[int, int]]]] = []
+    # Of the trains along a track only those count that start further back than all before them.
+    earlier: dict[tuple[int, int], list[tuple[str, float]]] = {}
     faults = []
     for train, calls in by_train.items():
         route = route_of(line, calls)
         platform = line.platform_at.get((calls[0].station, calls[0].track)) if calls else None
         if not route or platform is None:
             continue
-        for other, from_km, way in earlier:
-            if from_km < platform.stop_km and route[0] in way:
+        for other, from_km in earlier.get(route[0], []):
+            if from_km < platform.stop_km:
                 problem = f"train {train!r} starts on a track that {other!r} has to pass before it"
                 allowed = "a track that no train before it in services.csv comes along"
                 faults.append(timetable.calls.fault(calls[0], "track", problem, allowed))
                 break
-        earlier.append((train, platform.stop_km, set(route)))
+        for place in route:
+            along = earlier.setdefault(place, [])
+            if not along or platform.stop_km < along[-1][1]:
+                along.append((train, platform.stop_km))
     return faults
 
 
@@ -315,7 +321,11 @@ def _route_faults(
 
 def _order_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
     faults = []
-    by_train = calls_by_train(timetable)
+    told: set[str] = set()
+    # Whose own times run back is told elsewhere, and compares with nobody.
+    by_train = {
+        train: calls for train, calls in calls_by_train(timetable).items() if not _runs_back(calls)
+    }
     routes = {train: dict(route_of(line, calls)) for train, calls in by_train.items()}
     section_of = {track.id: number for number, group in enumerate(line.sections) for track in group}
     for station in line.stations:
@@ -335,9 +345,17 @@ def _order_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
                 places["arrival"] = route[section - 1]
             for kind, place in places.items():
                 leader = last.get((kind, place))
-                faults += _order_fault(timetable, kind, leader, here) if leader else []
+                found = _order_fault(timetable, kind, leader, here) if leader else []
+                faults += found if train not in told else []
+                told |= {train for fault in found if "midnight" in fault.allowed}
                 last[kind, place] = here
     return faults
+
+
+def _runs_back(calls: Sequence[CallRow]) -> bool:
+    """Return whether a train is somewhere earlier than it was before."""
+    times = [clock for call in calls for clock in (call.arrival, call.departure)]
+    return any(later < earlier for earlier, later in pairwise(times))
 
 
 def _order_fault(
@@ -348,10 +366,12 @@ def _order_fault(
         if seconds(follower.arrival) >= seconds(leader.departure):
             return []
         problem = f"track {follower.track!r} is taken by train {leader.train!r} of row {leader.row}"
-        return [table.fault(follower, "arrival", problem, f"from {leader.departure}")]
+        allowed = f"from {leader.departure}{next_day(leader.departure, follower.arrival)}"
+        return [table.fault(follower, "arrival", problem, allowed)]
     before, after = getattr(leader, kind), getattr(follower, kind)
     if seconds(after) > seconds(before):
         return []
     problem = f"overtakes train {leader.train!r} of row {leader.row} on one track"
     allowed = f"after {before}, the order of {timetable.services.file} on every shared track"
+    allowed += next_day(before, after)
     return [table.fault(follower, kind, problem, allowed)]

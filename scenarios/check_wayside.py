@@ -6,6 +6,7 @@ from scenarios.check_line import LineTables, duplicates, same
 from scenarios.check_timetable import TimetableTables, calls_by_train, seconds
 from scenarios.faults import Fault, meant
 from scenarios.schema import ClosureEntry, CrossingRow, ScenarioFile, WindowEntry, WorkZoneEntry
+from scenarios.units import next_day
 
 HELD_BEFORE_KM = 0.1
 """Trains stop no further before the crossing that they are kept out of, without blocks. [km]"""
@@ -168,7 +169,8 @@ def _window_problems(entry: WindowEntry) -> Iterator[tuple[str, str, str]]:
     """Yield the key, what is wrong and what is allowed."""
     for key, clock in _ends(entry).items():
         if seconds(clock) <= seconds(entry.from_):
-            yield key, f"{clock} does not lie after from", f"after {entry.from_}"
+            allowed = f"after {entry.from_}{next_day(entry.from_, clock)}"
+            yield key, f"{clock} does not lie after from", allowed
 
 
 def _stretch_problems(entry: ClosureEntry, line: LineTables) -> Iterator[tuple[str, str, str]]:

@@ -9,6 +9,8 @@ from scenarios.texts import printable
 
 MOST_NAMED = 30
 """Known names that are told. [-]"""
+MOST_KEPT = 10_000
+"""Faults; more are only counted. [-]"""
 MOST_CHARACTERS = 160
 """Of each part of a sentence, so that ten of them fit on a screen. [-]"""
 _ROW = re.compile(r"row (\d+)(, column .*)?")
@@ -51,15 +53,19 @@ def _folded(faults: Iterable[Fault]) -> tuple[Fault, ...]:
     """Return the faults, each sort of one column once, with the rows where it is found."""
     rows: dict[Fault, list[int]] = {}
     first: dict[Fault, Fault] = {}
-    for fault in dict.fromkeys(faults):
+    distinct = list(dict.fromkeys(faults))
+    for fault in distinct[:MOST_KEPT]:
         found = _ROW.fullmatch(fault.where)
         sort = replace(fault, where=found[2] or "") if found else fault
         first.setdefault(sort, fault)
         rows.setdefault(sort, []).extend([int(found[1])] if found else [])
-    return tuple(
+    folded = tuple(
         replace(fault, problem=f"{fault.problem}{also_in(rows[sort][1:])}")
         for sort, fault in first.items()
     )
+    more = len(distinct) - MOST_KEPT
+    last = Fault(distinct[-1].file, "", f"{more} more faults", "none") if more > 0 else None
+    return (*folded, last) if last else folded
 
 
 def also_in(rows: Sequence[int]) -> str:

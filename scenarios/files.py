@@ -202,7 +202,7 @@ class Reader:
             return Table(path.name, complete=False)
         rows: tuple[R, ...] = ()
         try:
-            rows = self._table(path, model, iter(Records(content)), optional=optional)
+            rows = self._table(path, model, Records(content).pieces(), optional=optional)
         except csv.Error as error:
             self._fault(path, "", str(error), "comma-separated fields")
         except LongLineError:
@@ -214,21 +214,21 @@ class Reader:
         self,
         path: Path,
         model: type[R],
-        records: Iterator[tuple[int, list[str]]],
+        pieces: Iterator[tuple[range, list[list[str]]]],
         *,
         optional: bool,
     ) -> tuple[R, ...]:
-        first = next(records, None)
-        if first is None:
+        head = next((p[0] for _, p in pieces if any(map(str.strip, p[0]))), None)
+        if head is None:
             self._fault(path, "row 1", "the file is empty", ",".join(columns(model)))
             return ()
-        header = [name.strip() for name in first[1]]
+        header = [name.strip() for name in head]
         if not self._header_is_good(path, header, model):
             return ()
         reader = RowReader(model, header)
-        reader.read(records)
+        reader.read(pieces)
         self._tell(path, reader)
-        if not (reader.good or reader.refused or reader.uneven or optional):
+        if not (reader.rows or reader.uneven or optional):
             self._fault(path, "row 2", "there is no row below the header", "one row or more")
         return tuple(reader.good)
 
@@ -244,8 +244,8 @@ class Reader:
             self._fault(path, row_place(first), problem + also_in(others), allowed)
         for column, refused in reader.refused.items():
             problem, allowed = reader.explained(column)
-            (first, _), *rest = refused
-            problem += also_in([row for row, _ in rest])
+            first, *others = refused
+            problem += also_in(others)
             self._fault(path, row_place(first, column), problem, allowed)
 
     def _header_is_good(self, path: Path, header: list[str], model: type[Row]) -> bool:

@@ -43,6 +43,7 @@ from scenarios.check_wayside import crossing_faults, disruption_faults
 from scenarios.faults import Fault, ScenarioError
 from scenarios.files import Reader, Table
 from scenarios.load_wayside import to_crossings, to_disruptions, to_turnouts
+from scenarios.neighbours import uncollected, unread
 from scenarios.units import metres
 from scenarios.ways import ends_on_the_way, route_of
 
@@ -50,6 +51,7 @@ MAIN_FILE = "scenario.toml"
 STOCK_FILE = "rolling_stock.toml"
 
 
+@uncollected()
 def load(folder: Path) -> Scenario:
     """
     Read a scenario folder.
@@ -103,7 +105,10 @@ def load(folder: Path) -> Scenario:
         published=_to_published(main.published),
         radio=_to_radio(main.radio),
         disruptions=to_disruptions(main, of_line),
-        warnings=running_warnings(running, timetable.calls.file),
+        warnings=(
+            *unread((folder, *folders.values()), has_delays=main.dwell_delays is not None),
+            *running_warnings(running, timetable.calls.file),
+        ),
     )
 
 

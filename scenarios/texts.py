@@ -7,7 +7,7 @@ from datetime import date, time
 
 SHOWN = 60
 """Characters of a wrong value that are shown. [-]"""
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _CLOCK = re.compile(r"([0-9]{1,2}):([0-5][0-9]):([0-5][0-9])")
 _COLONS = re.compile(r"[0-9]{1,4}(?::[0-9]{1,2}){1,2}")
 _IDENTIFIER_LENGTH = 60
@@ -31,7 +31,7 @@ def number(text: str) -> float | None:
         The number, infinite if it is out of range; nothing if the text is none. Any unit
     """
     stripped = text.strip()
-    return float(stripped) if _NUMBER.fullmatch(stripped) else None
+    return float(stripped) if NUMBER.fullmatch(stripped) else None
 
 
 def clock(text: str) -> str | None:
@@ -174,7 +174,7 @@ def number_trouble(value: object) -> str:
     if not isinstance(value, str):
         return ""
     text = value.strip()
-    if _NUMBER.fullmatch(text):
+    if NUMBER.fullmatch(text):
         return ""
     return next((told for look in _NUMBER_TROUBLES if (told := look(text))), "")
 
@@ -206,7 +206,7 @@ def _wide(text: str) -> str:
         str(unicodedata.digit(one)) if one.isdigit() and not one.isascii() else one
         for one in folded
     )
-    if plain != text and _NUMBER.fullmatch(plain):
+    if plain != text and NUMBER.fullmatch(plain):
         return f"has characters other than 0-9, '-' and '.'; write {plain}"
     return ""
 
@@ -224,7 +224,7 @@ def _comma(text: str) -> str:
 
 def _separated(text: str) -> str:
     bare = re.sub(r"(?<=[0-9])[ _'\u00a0\u2009\u202f\u2019](?=[0-9])", "", text)
-    if bare != text and _NUMBER.fullmatch(bare):
+    if bare != text and NUMBER.fullmatch(bare):
         return f"has separators between digits; write {bare}"
     return ""
 
@@ -238,7 +238,7 @@ def _unit(text: str) -> str:
 
 def _marks(text: str) -> str:
     bare = text.strip("\"'\u201c\u201d\u2018\u2019 ")
-    if bare != text and _NUMBER.fullmatch(bare):
+    if bare != text and NUMBER.fullmatch(bare):
         return f"has quotation marks; write {bare}"
     return ""
 

@@ -2,7 +2,6 @@
 
 import hashlib
 import math
-import os
 import shutil
 import subprocess
 import tempfile
@@ -15,6 +14,7 @@ from xml.etree import ElementTree as ET
 
 from railway.arrays import FloatArray
 from railway.line import Line
+from railway.places import CACHE, cache_folder, chosen_cache
 from railway.scenario import Scenario
 from railway.world import World
 from sumo_net import native_xml, plain_xml
@@ -89,15 +89,9 @@ def sumo_binary(name: str) -> Path:
     return Path(found)
 
 
-def cache_folder() -> Path:
-    """Return where networks are kept: ``KANKAKU_CACHE``, else ``~/.cache/kankaku``."""
-    chosen = os.environ.get("KANKAKU_CACHE")
-    return Path(chosen) if chosen else Path.home() / ".cache" / "kankaku"
-
-
 def network(line: Line) -> Path:
     """
-    Return the SUMO network of a line, built if the cache does not hold it.
+    Return the SUMO network of a line, built if the cache does not hold it unharmed.
 
     Parameters
     ----------
@@ -113,21 +107,73 @@ def network(line: Line) -> Path:
     ------
     NetworkError
         If netconvert refuses the network.
+    OSError
+        If there is no cache that can be written.
     """
+    name, content = _network(line)
+    cache = cache_folder()
+    if cache is None:
+        msg = f"no folder for networks can be written; {CACHE} can name one"
+        raise FileNotFoundError(msg)
+    if _kept(cache / name) != content:
+        _keep(content, cache / name)
+    return cache / name
+
+
+def _network(line: Line) -> tuple[str, bytes]:
+    """Return the name in the cache and the network; a cache that nobody chose may be missing."""
     plain = {
         "node": plain_xml.nodes_xml(line),
         "edge": plain_xml.edges_xml(line),
         "connection": plain_xml.connections_xml(line),
     }
     content = "\0".join([version("eclipse-sumo"), *NETCONVERT_OPTIONS, *plain.values()])
-    folder = cache_folder()
-    kept = folder / f"{hashlib.sha256(content.encode()).hexdigest()}.net.xml"
-    if not kept.exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder) as work:
-            # Renaming is atomic: a parallel run sees the whole network or none.
-            _netconvert(plain, Path(work)).replace(kept)
-    return kept
+    cache = cache_folder()
+    name = f"{hashlib.sha256(content.encode()).hexdigest()}.net.xml"
+    found = _kept(cache / name) if cache else None
+    if found is None:
+        with tempfile.TemporaryDirectory(prefix="kankaku-") as work:
+            found = _netconvert(plain, Path(work)).read_bytes()
+        if cache:
+            _keep(found, cache / name)
+    return name, found
+
+
+def _kept(file: Path) -> bytes | None:
+    """Return a network of the cache; nothing if it is not there, or not what was written."""
+    try:
+        content, digest = file.read_bytes(), _beside(file).read_text("ascii").strip()
+    except (OSError, ValueError):
+        return None
+    return content if hashlib.sha256(content).hexdigest() == digest else None
+
+
+def _keep(content: bytes, file: Path) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        # Whoever is ended between the two leaves a network that counts as damaged.
+        _write_whole(file, content)
+        _write_whole(_beside(file), hashlib.sha256(content).hexdigest().encode())
+    except OSError as error:
+        if chosen_cache():
+            place = f"{file.parent} ({CACHE})"
+            raise OSError(error.errno, error.strerror or str(error), place) from error
+
+
+def _beside(file: Path) -> Path:
+    return file.with_suffix(".sha256")
+
+
+def _write_whole(file: Path, content: bytes) -> None:
+    with tempfile.NamedTemporaryFile(dir=file.parent, prefix=".", delete=False) as partial:
+        try:
+            partial.write(content)
+            partial.close()
+            # Renaming is atomic: a parallel run sees the whole file or none.
+            Path(partial.name).replace(file)
+        except BaseException:
+            Path(partial.name).unlink(missing_ok=True)
+            raise
 
 
 def _netconvert(plain: Mapping[str, str], work: Path) -> Path:
@@ -255,13 +301,14 @@ def _write(
     """Write the network, the files and the configuration that names them."""
     begin_s = math.floor(float(world.booked_arrival_s[:, 0].min()) - world.step_s) - 1.0
     folder.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(network(line), folder / "line.net.xml")
+    net = folder / "line.net.xml"
+    net.write_bytes(_network(line)[1])
     additional = ",".join(name for name in files if name.endswith(".add.xml"))
     configuration = _configuration_xml(additional, begin_s, world.step_s, options)
     for name, text in {**files, "line.sumocfg": configuration}.items():
         (folder / name).write_text(text, encoding="utf-8")
     dwell_s = world.minimum_dwell_s[:, :-1] + dwell_delay_s
-    return SumoFiles(folder / "line.sumocfg", folder / "line.net.xml", begin_s, dwell_s)
+    return SumoFiles(folder / "line.sumocfg", net, begin_s, dwell_s)
 
 
 def _configuration_xml(

@@ -13,7 +13,7 @@ import pytest
 from railway.line import Block, Gradient, Line
 from railway.scenario import Scenario
 from sumo_net import names, plain_xml
-from sumo_net.build import SumoFiles, build, cache_folder, network, sumo_binary
+from sumo_net.build import SumoFiles, build, network, sumo_binary
 from sumo_net.drawing import EARTH_RADIUS_M, TRACK_SPACING_M, centre_line
 from sumo_net.engine import SumoEngine
 from tests.worlds import merge_scenario, two_station_scenario, world_of
@@ -65,7 +65,46 @@ def test_network_in_the_cache_is_not_built_again(monkeypatch: pytest.MonkeyPatch
 
     monkeypatch.setattr(subprocess, "run", refuse)
     assert network(line) == first
-    assert [path.name for path in cache_folder().iterdir()] == [first.name]
+    kept = sorted(path.name for path in first.parent.iterdir())
+    assert kept == [first.name, first.with_suffix(".sha256").name]
+
+
+@pytest.mark.parametrize("length", [0, 1000, None])
+def test_a_damaged_network_is_built_again(length: int | None) -> None:
+    line = two_station_scenario(1).line
+    kept = network(line)
+    good = kept.read_bytes()
+    damaged = good[:length] if length is not None else good.replace(b"length", b"lenght", 1)
+    kept.write_bytes(damaged)
+    # The date in its head may be another one.
+    assert len(network(line).read_bytes()) == len(good)
+    assert without_header(kept) == good.decode()[: good.index(b"<!--")] + "".join(
+        good.decode().partition("-->")[2:]
+    )
+
+
+def test_a_network_without_its_digest_is_built_again() -> None:
+    line = two_station_scenario(1).line
+    digest = network(line).with_suffix(".sha256")
+    digest.unlink()
+    network(line)
+    assert digest.is_file()
+
+
+def test_a_chosen_cache_that_cannot_be_written_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("KANKAKU_CACHE", str(tmp_path / "file"))
+    with pytest.raises(OSError, match="KANKAKU_CACHE"):
+        built(two_station_scenario(1), tmp_path / "run")
+
+
+def test_without_any_cache_the_network_is_built_for_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sumo_net.build.cache_folder", lambda: None)
+    assert built(two_station_scenario(1), tmp_path / "run").network.stat().st_size > 0
 
 
 def test_another_line_is_another_network() -> None:

@@ -1,0 +1,99 @@
+"""Files beside those that are read: misspelt names are told, and memory is not searched in vain."""
+
+import gc
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from difflib import get_close_matches
+from pathlib import Path
+
+from scenarios.texts import printable, shown
+
+KNOWN = (
+    "scenario.toml",
+    "rolling_stock.toml",
+    "radio_network.toml",
+    "availability.toml",
+    "fault_tree.toml",
+    "stations.csv",
+    "tracks.csv",
+    "platforms.csv",
+    "turnouts.csv",
+    "crossings.csv",
+    "limits.csv",
+    "gradients.csv",
+    "curves.csv",
+    "balises.csv",
+    "blocks.csv",
+    "circuits.csv",
+    "geometry.csv",
+    "services.csv",
+    "calls.csv",
+    "dwell_stations.csv",
+    "dwell_quantiles.csv",
+    "public_timetable.csv",
+)
+"""Every file that a command reads from a scenario folder, or a tool made one of them from."""
+MOST_TOLD = 8
+"""Files of one folder. [-]"""
+_QUANTILES = "dwell_quantiles.csv"
+
+
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """
+    Let Python not look for circles of garbage.
+
+    A million rows hold none, and the search takes longer than their reading.
+    """
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
+
+
+def unread(folders: Iterable[Path], *, has_delays: bool) -> tuple[str, ...]:
+    """
+    Return what lies in a scenario's folders and is not read although it looks like a file of it.
+
+    Parameters
+    ----------
+    folders
+        Folder of the scenario first, then those it names.
+    has_delays
+        Whether the scenario reads its measured dwell delays.
+
+    Returns
+    -------
+    tuple[str, ...]
+        A sentence each; notes, pictures and hidden files are nobody's business.
+    """
+    distinct = [Path(real) for real in dict.fromkeys(map(os.path.realpath, folders))]
+    sentences = [sentence for folder in distinct for sentence in _unread_in(folder)]
+    if not has_delays and (distinct[0] / _QUANTILES).exists():
+        sentences.append(f"{_QUANTILES} is not read: scenario.toml has no [dwell_delays]")
+    return tuple(sentences)
+
+
+def _unread_in(folder: Path) -> list[str]:
+    with os.scandir(folder) as entries:
+        names = sorted(entry.name for entry in entries if not entry.is_dir())
+    told = [sentence for name in names if (sentence := _sentence(name, names))]
+    if len(told) > MOST_TOLD:
+        more = f"{printable(folder.name)}: {len(told) - MOST_TOLD} more files are not read"
+        told = [*told[:MOST_TOLD], more]
+    return told
+
+
+def _sentence(name: str, names: list[str]) -> str:
+    if name in KNOWN or name.startswith("."):
+        return ""
+    plain = name.casefold().replace(" ", "_").replace("-", "_")
+    likely = get_close_matches(plain, KNOWN, n=1, cutoff=0.8)
+    missing = [other for other in likely if other not in names]
+    if missing:
+        return f"{shown(name)} is not read; did you mean {missing[0]}?"
+    return f"{shown(name)} is not read" if plain.endswith((".csv", ".toml")) else ""
