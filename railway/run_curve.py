@@ -190,7 +190,7 @@ def way_between(
     ValueError
         If the end is not ahead of the start, or the train starts faster than it may.
     """
-    profile = build_profile(line, [train_type], 0.0, buffers)
+    profile = build_profile(line, [train_type], buffers)
     way = way_on(profile, 0, train_type, ends_m, speeds_mps)
     allowed_mps = float(np.sqrt(2.0 * way.cap_m2ps2[0]))
     if speeds_mps[0] > allowed_mps + SPEED_TOLERANCE_MPS:
