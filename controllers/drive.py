@@ -2,15 +2,14 @@
 
 import numpy as np
 
+from controllers.pull import Pull, pull_of, pulled_mps
 from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled
+from railway.compiled import compiled, plain
 from railway.control import Bound, Command
 from railway.kinematics import next_speed_mps
 from railway.profile import at, at_each, braking_loss_mps
 from railway.state import NOTHING, Advice, Authority, LineState
 from railway.world import World
-
-CELLS_PER_MPS = 100.0
 
 N_BOUNDS = 6
 # Plain numbers, as compiled functions want them.
@@ -35,8 +34,7 @@ class TractionDrive:
         self._tables_m = (profile.origin_m, world.far_m)
         # Twice the potential: squares of speeds need no halving.
         self._square = 2.0 * profile.potential_m2ps2.ravel()
-        self._drag = step_s * profile.drag_mps2.ravel()
-        self._gain, self._speed_row = traction_table(world, step_s)
+        self._pull = plain(pull_of(world, profile, step_s))
         service, emergency = map(world.of_type, ("service_brake_mps2", "emergency_brake_mps2"))
         self._emergency_extra = (emergency - service) * step_s
         self._nobody = np.zeros(world.size, dtype=np.bool_)
@@ -79,9 +77,7 @@ class TractionDrive:
                 self._nobody if authority.link is None else authority.link.emergency,
                 self._row_start,
                 self._square,
-                self._drag,
-                self._gain,
-                self._speed_row,
+                self._pull,
                 self._emergency_extra,
                 self._tables_m,
                 self._step_s,
@@ -104,14 +100,13 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     in_emergency: BoolArray,
     row_start: FloatArray,
     square: FloatArray,
-    drag: FloatArray,
-    gain: FloatArray,
-    speed_row: FloatArray,
+    pull_fields: tuple[FloatArray, FloatArray, FloatArray, float],
     emergency_extra: FloatArray,
     tables_m: tuple[float, float],
     step_s: float,
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     near_m, far_m = tables_m
+    pull = Pull(*pull_fields)
     next_mps = np.zeros_like(speed_mps)
     bounds = np.zeros((N_BOUNDS, speed_mps.size))
     bound = np.zeros(speed_mps.size, dtype=np.intp)
@@ -120,7 +115,6 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
             continue
         speed = speed_mps[train]
         place = front_m[train] + row_start[train]
-        cell = int(place)
         here = at(square, place)
         loss = braking_loss_mps(square, place, speed, step_s)
         if in_emergency[train]:
@@ -134,8 +128,8 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
             lag = braking_loss_mps(square, place, speed, delay_s[train])
         limit = min(max(limit_m[train], near_m), far_m)
         ahead = at(square, limit + row_start[train])
-        row = int(speed * CELLS_PER_MPS + speed_row[train])
-        bounds[TRACTION, train] = speed + gain[row] - drag[cell]
+        # Who cannot climb stands, held by the brake.
+        bounds[TRACTION, train] = max(pulled_mps(pull, train, place, speed), 0.0)
         bounds[CEILING, train] = ceiling_mps[train]
         bounds[ADVICE, train] = advised_mps[train]
         bounds[LIMIT, train] = next_speed_mps(speed, ahead - here, loss, lag)
@@ -143,7 +137,7 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         bounds[EMERGENCY, train] = np.inf
         wish = max(bounds[:, train].min(), speed - loss)
         emergency = max(bounds[LIMIT, train], speed - loss - emergency_extra[train])
-        next_mps[train] = min(wish, emergency)
+        next_mps[train] = max(min(wish, emergency), 0.0)
         bound[train] = _lowest(
             bounds[:, train], limit_m[train], limit_by[train], stop_m[train], far_m
         )
@@ -169,31 +163,3 @@ def _lowest(
     if limit_by != NOTHING and bounds_mps[LIMIT] <= bounds_mps[lowest] and not beyond:
         lowest = LIMIT
     return lowest
-
-
-def traction_table(world: World, step_s: float) -> tuple[FloatArray, FloatArray]:
-    """
-    Tabulate the speed gained in a step on the level.
-
-    Parameters
-    ----------
-    world
-        The trains.
-    step_s
-        Length of the step. [s]
-
-    Returns
-    -------
-    tuple[FloatArray, FloatArray]
-        Gains against speed, one train type after the other [m/s], and for each train the
-        place of speed 0 [-], shape (n_trains,); ``CELLS_PER_MPS`` of them to 1 m/s.
-    """
-    fastest = max(kind.maximum_speed_mps for kind in world.train_types)
-    cells = int(np.ceil(1.5 * fastest * CELLS_PER_MPS)) + 2
-    start = np.arange(cells) / CELLS_PER_MPS
-    gains = []
-    for kind in world.train_types:
-        # The midpoint rule: the acceleration half a step on is that of the whole step.
-        half_way = start + 0.5 * step_s * kind.level_acceleration_mps2(start)
-        gains.append(step_s * kind.level_acceleration_mps2(half_way))
-    return np.concatenate(gains), world.type_index.astype(np.float64) * cells + 0.5

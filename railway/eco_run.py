@@ -14,9 +14,10 @@ from scipy.optimize import brentq
 
 from railway.arrays import FloatArray, IntArray
 from railway.buffers import Buffers
+from railway.climbing import climbing_floor
 from railway.compiled import compiled
 from railway.energy import electric_brake_n
-from railway.extremal import HOLDING, Extremal, extremal
+from railway.extremal import BRAKING, COASTING, HOLDING, SPEEDING_UP, Extremal, extremal
 from railway.line import Line
 from railway.profile import NO_BUFFERS
 from railway.rolling_stock import TrainType
@@ -138,19 +139,66 @@ def eco(way: Way, run_time_s: float, *, least_slack_s: float = 0.0) -> EcoRun:
         raise RunTimeError(message)
     if run_time_s <= shortest_s + TIME_TOLERANCE_S:
         return _eco_run(way, quickest)
-    found = _priced(way, quickest, run_time_s)
+    floor = climbing_floor(way, quickest.energy_m2ps2)
+    found = _priced(way, floor, quickest, run_time_s)
     if found.run_time_s < run_time_s - TIME_TOLERANCE_S:
-        found = _held_back(way, found, run_time_s)
+        found = _held_back(way, floor, found, run_time_s)
     return _eco_run(way, found)
 
 
-def _priced(way: Way, quickest: Extremal, run_time_s: float) -> Extremal:
+def _kept_climbing(way: Way, floor: FloatArray, run: Extremal) -> Extremal:
+    """Return a run that nowhere gets too slow to climb, and is as it was where it can be."""
+    if not np.isfinite(run.run_time_s) or np.all(run.energy_m2ps2 >= floor):
+        return run
+    pull, coast = accelerations(way.train_type)
+    energy, phase = run.energy_m2ps2.copy(), run.phase.copy()
+    time_s = _raise_to_climb(
+        way.chainage_m, way.drag_mps2, way.cap_m2ps2, floor, (pull, coast), energy, phase
+    )
+    return Extremal(energy, phase, time_s)
+
+
+@compiled
+def _raise_to_climb(  # noqa: PLR0917 - compiled functions take plain arrays
+    chainage_m: FloatArray,
+    drag: FloatArray,
+    cap: FloatArray,
+    floor: FloatArray,
+    rates: tuple[FloatArray, FloatArray],
+    energy: FloatArray,
+    phase: IntArray,
+) -> float:
+    """Raise a run to a floor, coast from there back to the run, and return its time."""
+    pull, coast = rates
+    time_s = 0.0
+    for cell in range(phase.size):
+        step_m = chainage_m[cell + 1] - chainage_m[cell]
+        drags = drag[cell], drag[cell + 1]
+        now, wish = energy[cell], max(energy[cell + 1], floor[cell + 1])
+        coasted = now + energy_gain(coast, now, step_m, drags)
+        most = now + energy_gain(pull, now, step_m, drags)
+        ahead = max(min(wish, cap[cell + 1]), 0.0)
+        if wish > energy[cell + 1]:
+            ahead, phase[cell] = min(ahead, most), SPEEDING_UP
+        elif coasted > wish and phase[cell] != BRAKING:
+            ahead, phase[cell] = min(coasted, cap[cell + 1]), COASTING
+        elif most < wish:
+            ahead, phase[cell] = most, SPEEDING_UP
+        energy[cell + 1] = max(ahead, 0.0)
+        both_mps = np.sqrt(2.0 * now) + np.sqrt(2.0 * energy[cell + 1])
+        if both_mps <= 0.0:
+            return float(np.inf)
+        time_s += 2.0 * step_m / both_mps
+    return time_s
+
+
+def _priced(way: Way, floor: FloatArray, quickest: Extremal, run_time_s: float) -> Extremal:
     """Return the run at the price that gives a run time, or the slowest one that is faster."""
     best, slack_s = quickest, run_time_s - quickest.run_time_s
 
     def too_long(logarithm: float) -> float:
         nonlocal best
-        run = extremal(way, float(np.exp(logarithm)))
+        run = _kept_climbing(way, floor, extremal(way, float(np.exp(logarithm))))
         late_s = run.run_time_s - run_time_s
         if best.run_time_s < run.run_time_s <= run_time_s + TIME_TOLERANCE_S:
             best = run
@@ -172,7 +220,7 @@ def _priced(way: Way, quickest: Extremal, run_time_s: float) -> Extremal:
     return best
 
 
-def _held_back(way: Way, run: Extremal, run_time_s: float) -> Extremal:
+def _held_back(way: Way, floor: FloatArray, run: Extremal, run_time_s: float) -> Extremal:
     """Hold a run below a speed: its time jumps at a price, or is longer than energy asks for."""
 
     def below(top_mps: float) -> Extremal:
@@ -180,7 +228,7 @@ def _held_back(way: Way, run: Extremal, run_time_s: float) -> Extremal:
         phase = np.where(energy[1:] < run.energy_m2ps2[1:], HOLDING, run.phase)
         speed_mps = np.sqrt(2.0 * energy)
         steps_s = 2.0 * np.diff(way.chainage_m) / (speed_mps[1:] + speed_mps[:-1])
-        return Extremal(energy, phase, float(steps_s.sum()))
+        return _kept_climbing(way, floor, Extremal(energy, phase, float(steps_s.sum())))
 
     def late_s(top_mps: float) -> float:
         return below(top_mps).run_time_s - run_time_s

@@ -283,17 +283,28 @@ class Monitor:
         before, after = block.speed_mps[:-1], block.speed_mps[1:]
         halted = np.where(block.halting, np.minimum(before, HALTING_MPS), 0.0)
         acceleration = (after + halted - before) / self._world.step_s
-        tail_m = block.front_m[:-1] - self._world.length_m[rows]
-        rise = self._world.line.height_m(block.front_m[:-1]) - self._world.line.height_m(tail_m)
-        gravity = self._gravity_mps2[rows] * rise / self._world.length_m[rows]
+        gravity = self._gravity_over_step_mps2(block)
+        slower = np.minimum(before, after)
         strongest = np.empty_like(before)
         for index, kind in enumerate(self._world.train_types):
             columns = np.flatnonzero(self._world.type_index[rows] == index)
-            speed = before[:, columns]
-            strongest[:, columns] = kind.level_acceleration_mps2(speed)
-        too_strong = acceleration - (strongest - gravity)
-        too_hard = -(self._emergency_mps2[rows] + gravity) - acceleration
+            strongest[:, columns] = kind.level_acceleration_mps2(slower[:, columns])
+        too_strong = acceleration - (strongest - gravity.min(axis=0))
+        too_hard = -(self._emergency_mps2[rows] + gravity.max(axis=0)) - acceleration
+        # The brake holds whoever stands, on any gradient.
+        too_strong[after == 0.0] = -np.inf
+        too_hard[(before == 0.0) & (after == 0.0)] = -np.inf
         return np.maximum(too_strong, too_hard)
+
+    def _gravity_over_step_mps2(self, block: StepBlock) -> FloatArray:
+        """Return the pull of the gradient at the start, middle and end of each step."""
+        length_m = self._world.length_m[block.rows]
+        start_m, end_m = block.front_m[:-1], block.front_m[1:]
+        front_m = np.array([start_m, 0.5 * (start_m + end_m), end_m])
+        line = self._world.line
+        rise = line.height_m(front_m) - line.height_m(front_m - length_m)
+        gravity: FloatArray = self._gravity_mps2[block.rows] * rise / length_m
+        return gravity
 
     def _extend(self, row: int, kind: str, time_s: float, excess: float) -> None:
         seen = self._open.get((row, kind))

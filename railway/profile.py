@@ -10,6 +10,7 @@ towards any target into ``v^2 / 2 = P(target) - P(x)``.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +25,23 @@ SPACING_M = 1.0
 NO_BUFFERS = Buffers()
 RUN_OUT_M = 2500.0
 """Level track assumed beyond both ends, longer than any brake curve. [m]"""
+CLEAR_M = 1e-3
+"""A limit is left so far past its end: an engine's places are rounded. [m]"""
+
+
+class Limits(NamedTuple):
+    """
+    The limits that hold for a front, exactly where they change.
+
+    Arrays of shape (n_pieces,). The last piece is the end of the tables, where nothing holds.
+    """
+
+    start_m: FloatArray
+    """Where each piece begins; it ends where the next one begins. [m]"""
+    limit_mps: FloatArray
+    """The lowest limit under any part of the train. [m/s]"""
+    lowest_m2ps2: FloatArray
+    """Lowest energy, brake potential included, of the pieces from this one on. [m2/s2]"""
 
 
 @dataclass(frozen=True)
@@ -34,9 +52,9 @@ class Profile:
     potential_m2ps2: FloatArray
     """Brake potential of the service brake. [m2/s2]"""
     ceiling_m2ps2: FloatArray
-    """Half the square of the line ceiling, its braking curves included. [m2/s2]"""
-    limit_mps: FloatArray
-    """The limit in force, without braking curves to lower ones ahead. [m/s]"""
+    """Half the square of the line ceiling at the grid, braking curves included. [m2/s2]"""
+    limits: tuple[Limits, ...]
+    """The limits in force, without braking curves to lower ones ahead, by train type."""
     drag_mps2: FloatArray
     """Deceleration by gradient and curves, mean over the train. [m/s2]"""
     curve_drag_mps2: FloatArray
@@ -57,6 +75,25 @@ class Profile:
     def ceiling_mps(self) -> FloatArray:
         """Line ceiling, its braking curves included. [m/s], shape (n_types, n_grid)"""
         return np.sqrt(2.0 * self.ceiling_m2ps2)
+
+    def ceiling_at_m2ps2(self, row: int, front_m: FloatArray) -> FloatArray:
+        """
+        Return half the square of the line ceiling, exact between the points of the grid, too.
+
+        Parameters
+        ----------
+        row
+            Row of the train type.
+        front_m
+            Fronts, within the tables. [m], any shape
+
+        Returns
+        -------
+        FloatArray
+            The lower one where a limit changes. [m2/s2], same shape
+        """
+        potential = np.interp(front_m, self.grid_m, self.potential_m2ps2[row])
+        return _ceiling_m2ps2(self.limits[row], front_m, potential)
 
     def row_starts(self, type_index: IntArray) -> FloatArray:
         """
@@ -155,19 +192,39 @@ def at_each(table: FloatArray, chainage_m: FloatArray, row_start: FloatArray) ->
     return flat_values.reshape(places.shape)
 
 
-def _train_ceiling_mps(
-    line: Line, train: TrainType, grid_m: FloatArray, step_s: float, buffers: Buffers
-) -> FloatArray:
-    ceiling = np.full(grid_m.shape, train.maximum_speed_mps)
-    travel_m = train.maximum_speed_mps * step_s
-    for limit in line.limits:
-        start_m = float(buffers.front_limit_m(np.array(limit.start_m), limit.limit_mps))
-        end_m = buffers.rear_limit_m(limit.end_m, train.length_m)
-        first = np.floor((start_m - grid_m[0]) / SPACING_M)
-        last = np.ceil((end_m + travel_m - grid_m[0]) / SPACING_M)
-        inside = slice(max(int(first), 0), min(int(last) + 1, grid_m.size))
-        ceiling[inside] = np.minimum(ceiling[inside], limit.limit_mps)
-    return ceiling
+def _limits_of(
+    line: Line, train: TrainType, grid_m: FloatArray, potential: FloatArray, buffers: Buffers
+) -> Limits:
+    """Cut the line where the limit of a train changes."""
+    first_m, last_m = float(grid_m[0]), float(grid_m[-1])
+    held = [limit for limit in line.limits if limit.limit_mps < train.maximum_speed_mps]
+    entered_m = np.array(
+        [float(buffers.front_limit_m(np.array(one.start_m), one.limit_mps)) for one in held]
+    ).clip(first_m, last_m)
+    left_m = np.array(
+        [buffers.rear_limit_m(one.end_m, train.length_m) + CLEAR_M for one in held]
+    ).clip(first_m, last_m)
+    start_m = np.unique(np.concatenate([[first_m, last_m], entered_m, left_m]))
+    limit_mps = np.full(start_m.size, train.maximum_speed_mps)
+    for limit, enters, leaves in zip(held, entered_m, left_m, strict=True):
+        pieces = slice(*np.searchsorted(start_m, [enters, leaves]))
+        limit_mps[pieces] = np.minimum(limit_mps[pieces], limit.limit_mps)
+    changes = np.append(True, np.diff(limit_mps) != 0.0)
+    changes[-1] = True
+    start_m, limit_mps = start_m[changes], limit_mps[changes]
+    energy = 0.5 * np.square(limit_mps) + np.interp(start_m, grid_m, potential)
+    energy[-1] = np.inf
+    return Limits(start_m, limit_mps, np.minimum.accumulate(energy[::-1])[::-1])
+
+
+def _ceiling_m2ps2(limits: Limits, front_m: FloatArray, potential: FloatArray) -> FloatArray:
+    last = limits.start_m.size - 2
+    after = np.searchsorted(limits.start_m, front_m, side="right") - 1
+    before = np.searchsorted(limits.start_m, front_m, side="left") - 1
+    after, before = np.clip(after, 0, last), np.clip(before, 0, last)
+    limit_mps = np.minimum(limits.limit_mps[after], limits.limit_mps[before])
+    braked: FloatArray = limits.lowest_m2ps2[after + 1] - potential
+    return np.minimum(0.5 * np.square(limit_mps), braked)
 
 
 def _mean_over_train(values: FloatArray, cells: float) -> FloatArray:
@@ -181,10 +238,7 @@ def _mean_over_train(values: FloatArray, cells: float) -> FloatArray:
 
 
 def build_profile(
-    line: Line,
-    train_types: Sequence[TrainType],
-    step_s: float,
-    buffers: Buffers = NO_BUFFERS,
+    line: Line, train_types: Sequence[TrainType], buffers: Buffers = NO_BUFFERS
 ) -> Profile:
     """
     Tabulate a line for some train types.
@@ -195,8 +249,6 @@ def build_profile(
         The line.
     train_types
         One row of the tables each.
-    step_s
-        Length of a step: a limit that ends is kept until a whole step begins past it. [s]
     buffers
         By how much the train counts as longer than it is where limits start and end.
 
@@ -216,14 +268,18 @@ def build_profile(
         gravity = GRAVITY_MPS2 * train.gravity_ratio
         mean_height_m = _mean_over_train(height_m, cells)
         potential = train.service_brake_mps2 * (grid_m - origin_m) + gravity * mean_height_m
-        limit = _train_ceiling_mps(line, train, grid_m, step_s, buffers)
-        # The lowest of all brake curves that start at the limits ahead.
-        lowest = np.minimum.accumulate((0.5 * np.square(limit) + potential)[::-1])[::-1]
+        held = _limits_of(line, train, grid_m, potential, buffers)
         curve_drag = train.gravity_ratio * _mean_over_train(curves_mps2, cells)
         potentials.append(potential)
-        ceilings.append(lowest - potential)
-        limits.append(limit)
+        ceilings.append(_ceiling_m2ps2(held, grid_m, potential))
+        limits.append(held)
         curve_drags.append(curve_drag)
         drags.append(gravity * np.gradient(mean_height_m, SPACING_M) + curve_drag)
-    tables = map(np.array, (potentials, ceilings, limits, drags, curve_drags))
-    return Profile(float(origin_m), *tables)
+    return Profile(
+        float(origin_m),
+        np.array(potentials),
+        np.array(ceilings),
+        tuple(limits),
+        np.array(drags),
+        np.array(curve_drags),
+    )

@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 
 from railway.arrays import FloatArray
 from railway.buffers import Buffers
+from railway.climbing import climbing_floor
 from railway.line import Line
 from railway.profile import NO_BUFFERS, build_profile
 from railway.rolling_stock import TrainType
@@ -145,7 +146,8 @@ def timed_run(  # noqa: PLR0913 - one argument per figure of a run
     Raises
     ------
     RunTimeError
-        If the fastest run takes longer, or the slowest run by coasting is faster.
+        If the fastest run takes longer, or the slowest run by coasting is faster. Where coasting
+        would end before a summit, the train runs at a lower speed instead.
     ValueError
         As :func:`fastest_run`.
 
@@ -190,7 +192,7 @@ def way_between(
     ValueError
         If the end is not ahead of the start, or the train starts faster than it may.
     """
-    profile = build_profile(line, [train_type], 0.0, buffers)
+    profile = build_profile(line, [train_type], buffers)
     way = way_on(profile, 0, train_type, ends_m, speeds_mps)
     allowed_mps = float(np.sqrt(2.0 * way.cap_m2ps2[0]))
     if speeds_mps[0] > allowed_mps + SPEED_TOLERANCE_MPS:
@@ -263,10 +265,33 @@ def timed(way: Way, run_time_s: float) -> RunCurve:
         longest_s = slower_s
     if run_time_s <= shortest_s + TIME_TOLERANCE_S:
         return quickest
+    slowed = _slowed(way, quickest, run_time_s)
+    if slowed is not None:
+        return _curve(way, slowed)
     message = (
         f"a run of {run_time_s:.2f} s is not possible: coasting makes it {longest_s:.2f} at most"
     )
     raise RunTimeError(message)
+
+
+def _slowed(way: Way, quickest: RunCurve, run_time_s: float) -> Trace | None:
+    """Return a slower run where coasting would bring the train to a stand before a summit."""
+    floor = climbing_floor(way, 0.5 * np.square(quickest.speed_mps))
+    if floor.max() <= 0.0:
+        return None
+    under = replace(way, floor_m2ps2=np.maximum(way.floor_m2ps2, floor))
+
+    def below(top_mps: float) -> Trace:
+        slower = under.no_faster(top_mps)
+        return trace(slower, Driving.fastest(slower))
+
+    def late_s(top_mps: float) -> float:
+        return min(below(top_mps).run_time_s, LONGEST_S) - run_time_s
+
+    fastest_mps = float(quickest.speed_mps.max())
+    if late_s(SLOWEST_MPS) < 0.0 or late_s(fastest_mps) > 0.0:
+        return None
+    return below(brentq(late_s, SLOWEST_MPS, fastest_mps, xtol=1e-6))
 
 
 Cut = Callable[[float], Driving]

@@ -17,8 +17,9 @@ class StandstillWatch:
     Finds running trains that stand or crawl between stations.
 
     A train stands when its speed is 0.05 m/s or less and its front is not at a booked stop.
-    It crawls below 10 km/h with its front outside every platform; standing counts as
-    crawling, so that crawling is not mistaken for a cure of standing.
+    It crawls below 10 km/h with no part of it in the platform that it leaves or the one that it
+    serves next; standing counts as crawling, so that crawling is not mistaken for a cure of
+    standing.
     """
 
     def __init__(self, world: World) -> None:
@@ -26,9 +27,6 @@ class StandstillWatch:
         self._since_s = np.full(world.size, np.nan)
         self._last: StepBlock | None = None
         self._found: list[tuple[int, float, float, float, int]] = []
-        edges = sorted((p.start_m, p.end_m) for p in world.line.platforms)
-        self._platform_start_m = np.array([start for start, _ in edges])
-        self._platform_end_m = np.maximum.accumulate(np.array([end for _, end in edges]))
         self.crawl_s: FloatArray = np.zeros(world.size)
 
     def add(self, block: StepBlock) -> None:
@@ -42,10 +40,9 @@ class StandstillWatch:
         """
         self._last = block
         slow = block.moving & (block.speed_mps[:-1] < CRAWLING_MPS)
-        front_m = block.front_m[:-1]
         if not slow.any() and np.isnan(self._since_s[block.rows]).all():
             return
-        outside = slow & ~self._at_platform(front_m)
+        outside = slow & ~self._at_platform(block)
         self.crawl_s[block.rows] += outside.sum(axis=0) * self._world.step_s
         standing = slow & (block.speed_mps[:-1] <= STANDING_MPS) & ~self._at_stop(block)
         self._intervals(block, standing)
@@ -83,11 +80,14 @@ class StandstillWatch:
             if not np.isnan(since_s := float(self._since_s[row]))
         ]
 
-    def _at_platform(self, front_m: FloatArray) -> BoolArray:
-        if not self._platform_start_m.size:
-            return np.zeros(front_m.shape, dtype=np.bool_)
-        place = np.searchsorted(self._platform_start_m, front_m, side="right") - 1
-        inside: BoolArray = (place >= 0) & (front_m <= self._platform_end_m[place])
+    def _at_platform(self, block: StepBlock) -> BoolArray:
+        """Tell which trains are, with any part, in the platform that they leave or serve."""
+        front_m, call = block.front_m[:-1], block.next_call[:-1]
+        tail_m = front_m - self._world.length_m[block.rows]
+        inside = np.zeros(front_m.shape, dtype=np.bool_)
+        for served in (call, np.maximum(call - 1, 0)):
+            start_m, end_m = self._world.platform_m[:, block.rows, served]
+            inside |= (front_m > start_m) & (tail_m < end_m)
         return inside
 
     def _at_stop(self, block: StepBlock) -> BoolArray:

@@ -1,8 +1,8 @@
 """
 The way of one train between two places, and the motion along it cell by cell.
 
-Cells are those of :mod:`railway.profile`, a metre long. With the kinetic energy per unit of
-mass, ``e = v^2 / 2``, the motion is ``de/dx = (F(v) - R(v)) / M - r(x)`` with traction ``F``
+Cells are those of :mod:`railway.profile`, a metre long, and shorter where limits change. With
+the kinetic energy per unit of mass, ``e = v^2 / 2``, the motion is ``de/dx = (F(v) - R(v)) / M - r(x)`` with traction ``F``
 between nothing and its greatest value, running resistance ``R`` and the drag ``r`` of
 gradients and curves, bounded by the line ceiling and by the brake curve into the end of the
 way. It is integrated by Heun's rule; the acceleration is constant within a cell.
@@ -21,6 +21,12 @@ from railway.rolling_stock import TrainType
 
 SPEED_SPACING_MPS = 0.01
 SPEEDING_UP, CRUISING, COASTING = 0, 1, 2
+SLOW_MPS = 3.0
+"""A train that speeds up from less than this does so within metres. [m/s]"""
+NEAR_M = 0.01 * 1.5 ** np.arange(12)
+"""How far behind the place where it does cells end. [m]"""
+APART_M = 1e-6
+"""Ends of cells that are nearer to each other are one. [m]"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,9 +167,7 @@ def way_on(
             f"to {profile.end_m:g}, is {end_m:g}"
         )
         raise ValueError(message)
-    first = int(np.floor(start_m - profile.origin_m)) + 1
-    last = int(np.ceil(end_m - profile.origin_m))
-    chainage_m = np.concatenate([[start_m], profile.grid_m[first:last], [end_m]])
+    chainage_m = _points_m(profile, row, ends_m, speeds_mps[1])
     if also_m is not None and start_m < also_m < end_m:
         chainage_m = np.union1d(chainage_m, also_m)
     places = chainage_m - profile.origin_m
@@ -176,15 +180,12 @@ def way_on(
 
     potential = along(profile.potential_m2ps2[row])
     into_end = 0.5 * speeds_mps[1] ** 2 + potential[-1] - potential
-    cap = np.minimum(along(profile.ceiling_m2ps2[row]), into_end)
+    cap = np.minimum(profile.ceiling_at_m2ps2(row, chainage_m), into_end)
     if ceiling_m2ps2 is not None:
         cap = np.minimum(cap, along(ceiling_m2ps2))
-    # The limit over a cell is the higher one of its ends: where it changes, the cap decides.
-    limits_mps = profile.limit_mps[row]
-    cell_mps = np.maximum(limits_mps[cell[:-1]], limits_mps[cell[:-1] + 1])
-    changes = np.flatnonzero(np.diff(cell_mps) != 0.0) + 1
-    section = np.zeros(cell_mps.size, dtype=np.intp)
-    section[changes] = 1
+    limits = profile.limits[row]
+    middle_m = 0.5 * (chainage_m[1:] + chainage_m[:-1])
+    piece = np.searchsorted(limits.start_m, middle_m, side="right") - 1
     return Way(
         train_type=train_type,
         start_mps=speeds_mps[0],
@@ -193,9 +194,41 @@ def way_on(
         floor_m2ps2=np.zeros(chainage_m.size),
         potential_m2ps2=potential,
         drag_mps2=along(profile.drag_mps2[row]),
-        section=np.cumsum(section),
-        limit_mps=cell_mps[np.concatenate([[0], changes])],
+        section=piece - piece[0],
+        limit_mps=limits.limit_mps[piece[0] : piece[-1] + 1],
     )
+
+
+def _points_m(
+    profile: Profile, row: int, ends_m: tuple[float, float], end_mps: float
+) -> FloatArray:
+    """
+    Return the ends of the cells: a metre each, but shorter where a metre costs time.
+
+    Cells end where limits change and where braking for them, or into the end, begins. Where a
+    slow train speeds up they begin with a centimetre: there it may take seconds for a metre.
+    """
+    start_m, end_m = ends_m
+    first = int(np.floor(start_m - profile.origin_m)) + 1
+    last = int(np.ceil(end_m - profile.origin_m))
+    limits, potential = profile.limits[row], profile.potential_m2ps2[row]
+    energy = 0.5 * np.square(limits.limit_mps[:-1])
+    into_end = 0.5 * end_mps**2 + np.interp(end_m, profile.grid_m, potential)
+    brakes_at = np.append(limits.lowest_m2ps2[1:-1] - energy[:-1], into_end - energy)
+    slow = np.flatnonzero((np.diff(limits.limit_mps) > 0.0) & (limits.limit_mps[:-1] < SLOW_MPS))
+    quickens_m = np.append(start_m, limits.start_m[slow + 1])
+    points_m = np.concatenate(
+        [
+            profile.grid_m[first:last],
+            limits.start_m,
+            np.interp(brakes_at, potential, profile.grid_m),
+            np.add.outer(quickens_m, NEAR_M).ravel(),
+        ]
+    )
+    inside = points_m[(points_m > start_m + APART_M) & (points_m < end_m - APART_M)]
+    inside.sort()
+    apart = np.diff(inside, prepend=start_m) > APART_M
+    return np.concatenate([[start_m], inside[apart], [end_m]])
 
 
 def reaching_the_end(way: Way) -> tuple[Way, float]:

@@ -132,7 +132,7 @@ def build_world(
     row_of_kind = {kind.id: row for row, kind in enumerate(kinds)}
     services = timetable.services
     type_index = np.array([row_of_kind[service.train_type] for service in services], dtype=np.intp)
-    profile = build_profile(line, kinds, step_s)
+    profile = build_profile(line, kinds)
     shape = (len(services), max(len(service.calls) for service in services) + 1)
     stop_m = np.full(shape, profile.end_m - 2.0)
     number_of_track = {track: number for number, track in enumerate(line.track_by_id)}

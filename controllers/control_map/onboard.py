@@ -4,7 +4,12 @@ import numpy as np
 
 from controllers.control_map.measuring import Aboard
 from controllers.control_map.run import stopping_place_m
-from controllers.protection.ceiling import CeilingFigures, LineCeiling, ceiling_ahead_mps
+from controllers.protection.ceiling import (
+    CeilingFields,
+    CeilingFigures,
+    LineCeiling,
+    ceiling_ahead_mps,
+)
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled, plain
 from railway.state import NOTHING, LineState
@@ -221,7 +226,7 @@ def ceilings_mps(ceiling: LineCeiling, seen: LineState, aboard: Aboard) -> Float
 
 @compiled
 def _lowest_mps(
-    fields: tuple[FloatArray, FloatArray, FloatArray, float],
+    fields: CeilingFields,
     measured_m: FloatArray,
     uncertain_m: FloatArray,
     speed_mps: FloatArray,

@@ -21,6 +21,8 @@ from controllers.control_map.way import (
     lower_to_bands,
     lower_to_obstructions,
 )
+from controllers.protection.ceiling import ceiling_here_mps
+from controllers.pull import level_gain_mps
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
 from railway.profile import at
@@ -255,7 +257,7 @@ def _choose(  # noqa: PLR0917 - compiled functions take plain arrays
         return 0
     # Once nothing is in its way any more it may run as it likes.
     held = hindered or cap_mps.size
-    fastest_mps = np.sqrt(at(trains.ceiling_square, place.front_m + start))
+    fastest_mps = ceiling_here_mps(trains.ceiling, row, place.front_m)
     end_s = grid.now_s + grid.step_s * (grid.moments - 1)
     best_m = _reached_m(trains, row, after, arrival_s, end_s, fastest_mps, call)
     cap = fastest_mps - CAPS_MPS
@@ -370,6 +372,7 @@ def _reached_m(  # noqa: PLR0917 - compiled functions take plain arrays
         reached_m: float = trains.stop_m[row, call] + fastest_mps * (end_s - arrival_s)
         return reached_m
     missing_mps = max(fastest_mps - after.speed_mps, 0.0)
-    gain = trains.gain[int(0.5 * fastest_mps * 100.0 + trains.speed_row[row])] / trains.step_s
+    half_mps = 0.5 * fastest_mps
+    gain = level_gain_mps(trains.pull, row, half_mps) / trains.step_s
     short_m: float = 0.5 * missing_mps * missing_mps / gain
     return after.front_m - short_m

@@ -5,12 +5,12 @@ A run keeps its limits as the train will, with the service brake; so the band of
 this module returns lies before the limits by construction.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from controllers.drive import traction_table
+from controllers.protection.ceiling import CeilingFigures, ceiling_ahead_mps, ceiling_figures
+from controllers.pull import Pull, pull_of, pulled_mps
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled
 from railway.kinematics import next_speed_mps
@@ -40,16 +40,9 @@ class Trains(NamedTuple):
     """Where trains leave the line. [m]"""
     square: FloatArray
     """Twice the brake potential. [m2/s2], shape (n_types * n_grid,)"""
-    drag: FloatArray
-    """Speed taken in a step by gradient and curves. [m/s], shape (n_types * n_grid,)"""
-    gain: FloatArray
-    """Speed gained in a step on the level, by speed. [m/s], flattened by train type"""
-    speed_row: FloatArray
+    pull: Pull
     row_start: FloatArray
-    ceiling_square: FloatArray
-    """Squares of the line ceiling. [m2/s2], shape (n_types * n_grid,)"""
-    reach_m: FloatArray
-    """How far beyond a step at constant speed a front may be after it. [m], (n_trains,)"""
+    ceiling: CeilingFigures
     brake_mps2: FloatArray
     length_m: FloatArray
     stop_m: FloatArray
@@ -89,7 +82,6 @@ def trains_of(world: World, pace: Pace) -> Trains:
         It stays for a whole run of the simulator.
     """
     step_s, profile = pace.step_s, world.profile
-    gain, speed_row = traction_table(world, step_s)
     return Trains(
         step_s,
         step_s * pace.gentle_mps2,
@@ -98,12 +90,9 @@ def trains_of(world: World, pace: Pace) -> Trains:
         world.far_m,
         world.line.end_m,
         2.0 * profile.potential_m2ps2.ravel(),
-        step_s * profile.drag_mps2.ravel(),
-        gain,
-        speed_row,
+        pull_of(world, profile, step_s),
         world.row_start,
-        2.0 * profile.ceiling_m2ps2.ravel(),
-        0.5 * step_s**2 * world.greatest_acceleration_mps2,
+        ceiling_figures(world, profile, step_s),
         world.of_type("service_brake_mps2"),
         world.length_m,
         world.stop_m,
@@ -218,10 +207,8 @@ def run(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
                 continue
         here = at(trains.square, front + start)
         loss = braking_loss_mps(trains.square, front + start, speed, step_s)
-        ahead = min(front + speed * step_s + trains.reach_m[row], far_m) + start
-        wish = speed + trains.gain[int(speed * 100.0 + trains.speed_row[row])]
-        wish -= trains.drag[int(front + start)]
-        wish = min(wish, math.sqrt(at(trains.ceiling_square, ahead)))
+        wish = pulled_mps(trains.pull, row, front + start, speed)
+        wish = min(wish, ceiling_ahead_mps(trains.ceiling, row, front, speed))
         wish = min(wish, max(cap_mps[moment - 1], speed - trains.gentle_mps))
         wish = min(wish, next_speed_mps(speed, stop_square - here, loss, 0.0))
         kept = next_speed_mps(speed, limit_square[moment] - here, loss, 0.0)

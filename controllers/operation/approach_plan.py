@@ -196,8 +196,7 @@ def _pattern_fronts_m(site: Site, gate_m: float, speeds_mps: FloatArray) -> Floa
 def _run_in_s(site: Site, gate_m: float, speed_mps: float) -> tuple[float, float]:
     """Return when a train may pass its brake pattern at a speed, and when it then arrives."""
     front_m = pattern_front_m(site, gate_m, speed_mps)
-    ceiling = np.interp(front_m, site.profile.grid_m, site.profile.ceiling_m2ps2[site.row])
-    if 0.5 * speed_mps**2 > ceiling:
+    if 0.5 * speed_mps**2 > site.profile.ceiling_at_m2ps2(site.row, np.array(front_m)):
         return np.inf, np.inf
     try:
         curve = fastest(_way(site, (front_m, site.stop_m), (speed_mps, 0.0), None))

@@ -27,6 +27,8 @@ from railway.way import way_on
 from railway.world import World
 
 ECO = 0
+CATCHING_UP_PS = 0.5
+"""A train is so much faster than its plan, for each second that it is late. [m/s per s]"""
 LEAST_WAY_M = 50.0
 """Nearer than this to the stop nothing is planned. [m]"""
 
@@ -184,10 +186,11 @@ def _table(run: EcoRun, step_s: float) -> FloatArray:
     curve = run.curve
     ceiling = np.interp(curve.time_s + step_s, curve.time_s, curve.speed_mps)
     speeds_up = run.phase == SPEEDING_UP
-    points = np.arange(speeds_up.size)
-    until = np.where(speeds_up, speeds_up.size, points)
-    until = np.minimum.accumulate(until[::-1])[::-1]
-    ceiling[:-1][speeds_up] = curve.speed_mps[until[speeds_up]]
+    # Uphill a train may lose speed with all that it has.
+    for cell in np.flatnonzero(speeds_up)[::-1].tolist():
+        ends = cell + 1 == speeds_up.size or not speeds_up[cell + 1]
+        ahead_mps = curve.speed_mps[cell + 1] if ends else ceiling[cell + 1]
+        ceiling[cell] = max(curve.speed_mps[cell], ahead_mps)
     ceiling[:-1][run.phase == BRAKING] = NO_CEILING_MPS
     ceiling[-1] = NO_CEILING_MPS
     metres = np.arange(np.floor(curve.chainage_m[-1] - curve.chainage_m[0]) + 1.0)
@@ -240,9 +243,11 @@ def _follow(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         if along_m >= lengths[train] - 1:
             continue
         place = along_m + starts[train]
+        late_s = now_s - since_s[train] - at(points[1], place)
         ceiling_mps[train] = at(points[0], place)
+        ceiling_mps[train] += CATCHING_UP_PS * min(max(late_s, 0.0), patience_s)
         reason[train] = ECO
-        if now_s - since_s[train] > at(points[1], place) + patience_s:
+        if late_s > patience_s:
             here_m = front_m[train] + row_start[train]
             limit = min(max(limit_m[train], tables_m[0]), tables_m[1])
             room = at(square, limit + row_start[train]) - at(square, here_m)

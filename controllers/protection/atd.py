@@ -17,7 +17,12 @@ from typing import NamedTuple
 import numpy as np
 
 from controllers.options import OptionError, require
-from controllers.protection.ceiling import CeilingFigures, LineCeiling, ceiling_ahead_mps
+from controllers.protection.ceiling import (
+    CeilingFields,
+    CeilingFigures,
+    LineCeiling,
+    ceiling_ahead_mps,
+)
 from controllers.protection.fixed_block import detection_on
 from controllers.protection.fuzzy import RuleBase, infer, rule_base
 from railway.arrays import BoolArray, FloatArray, IntArray
@@ -356,7 +361,7 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     far_m: float,
     brake_mps2: FloatArray,
     tripped: BoolArray,
-    ceiling_fields: tuple[FloatArray, FloatArray, FloatArray, float],
+    ceiling_fields: CeilingFields,
 ) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
     """Return limits and ceilings with what is behind them, and write what trains remember."""
     patterns, rules = Patterns(*pattern_fields), RuleBase(*rule_fields)

@@ -1,41 +1,99 @@
 """The line ceiling as every protection enforces it."""
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from railway.arrays import BoolArray, FloatArray
+from controllers.pull import Pull, pull_of, pulled_mps
+from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.compiled import compiled, plain
 from railway.kinematics import next_speed_mps
-from railway.profile import Profile, at, at_each
+from railway.profile import Profile, at, at_each, braking_loss_mps
 from railway.state import LineState
 from railway.world import World
+
+LEAST_MPS = 1e-6
+"""Nobody who is slower gets to the end of a limit within a step. [m/s]"""
+
+CeilingFields: TypeAlias = tuple[
+    FloatArray,
+    FloatArray,
+    FloatArray,
+    FloatArray,
+    FloatArray,
+    IntArray,
+    FloatArray,
+    tuple[FloatArray, FloatArray, FloatArray, float],
+]
+"""The fields of :class:`CeilingFigures`."""
 
 
 class CeilingFigures(NamedTuple):
     """What compiled functions need of the line ceiling."""
 
     square: FloatArray
-    """Squares of the ceilings. [m2/s2], shape (n_types * n_grid,)"""
+    """Twice the brake potential. [m2/s2], shape (n_types * n_grid,)"""
     row_start: FloatArray
     """From :meth:`railway.profile.Profile.row_starts`. [-], shape (n_trains,)"""
+    start: FloatArray
+    """Where pieces of constant limit begin, one train type after the other. [m], (n_pieces,)"""
+    limit_mps: FloatArray
+    """Their limits. [m/s], shape (n_pieces,)"""
+    lowest_square: FloatArray
+    """Twice the lowest energy from each piece on. [m2/s2], shape (n_pieces,)"""
+    first: IntArray
+    """The piece at each point of the grid. shape (n_types * n_grid,)"""
     reach_m: FloatArray
     """How far beyond a step at constant speed a front may be after it. [m], (n_trains,)"""
-    step_s: float
+    pull: tuple[FloatArray, FloatArray, FloatArray, float]
+    """The fields of :class:`controllers.pull.Pull`."""
+
+
+def ceiling_figures(world: World, profile: Profile, step_s: float) -> CeilingFigures:
+    """
+    Lay out the line ceiling for compiled functions.
+
+    Parameters
+    ----------
+    world
+        The trains.
+    profile
+        The line.
+    step_s
+        Length of a step. [s]
+
+    Returns
+    -------
+    CeilingFigures
+        For :func:`ceiling_ahead_mps`.
+    """
+    columns, starts, firsts, pieces = profile.grid_m.size, [], [], 0
+    for row, limits in enumerate(profile.limits):
+        starts.append(limits.start_m - profile.origin_m + float(row * columns))
+        first = np.searchsorted(limits.start_m[:-1], profile.grid_m, side="right") - 1
+        firsts.append(first + pieces)
+        pieces += limits.start_m.size
+    return CeilingFigures(
+        2.0 * profile.potential_m2ps2.ravel(),
+        world.row_start,
+        np.concatenate(starts),
+        np.concatenate([limits.limit_mps for limits in profile.limits]),
+        2.0 * np.concatenate([limits.lowest_m2ps2 for limits in profile.limits]),
+        np.concatenate(firsts),
+        # Nobody is further ahead after a step than with its greatest acceleration throughout.
+        0.5 * step_s**2 * world.greatest_acceleration_mps2,
+        plain(pull_of(world, profile, step_s)),
+    )
 
 
 class LineCeiling:
     """The lowest line limit over the whole train, the braking curves to lower ones included."""
 
     def __init__(self, world: World, profile: Profile) -> None:
-        # Nobody is further ahead after a step than with its greatest acceleration throughout.
-        self.figures = CeilingFigures(
-            2.0 * profile.ceiling_m2ps2.ravel(),
-            world.row_start,
-            0.5 * world.step_s**2 * world.greatest_acceleration_mps2,
-            world.step_s,
-        )
+        self._world = world
+        self._profile = profile
+        self.figures = ceiling_figures(world, profile, world.step_s)
         """For :func:`ceiling_ahead_mps`."""
         self._fields = plain(self.figures)
 
@@ -71,8 +129,8 @@ class LineCeiling:
         FloatArray
             Ceilings. [m/s], shape (n_places,)
         """
-        line = self.figures
-        return np.sqrt(at_each(line.square, front_m, np.full(1, line.row_start[row])))
+        kind = int(self._world.type_index[row])
+        return np.sqrt(2.0 * self._profile.ceiling_at_m2ps2(kind, front_m))
 
 
 def braked_to_mps(
@@ -111,9 +169,105 @@ def braked_to_mps(
 
 
 @compiled
+def _piece_at(line: CeilingFigures, place: float) -> int:
+    piece = line.first[int(place)]
+    while line.start[piece + 1] <= place:
+        piece += 1
+    return int(piece)
+
+
+@compiled
+def ceiling_here_mps(line: CeilingFigures, train: int, front_m: float) -> float:
+    """
+    Return the line ceiling at a front.
+
+    Parameters
+    ----------
+    line
+        :attr:`LineCeiling.figures`.
+    train
+        Row of the train.
+    front_m
+        Front. [m]
+
+    Returns
+    -------
+    float
+        The ceiling. [m/s]
+    """
+    place = front_m + line.row_start[train]
+    piece = _piece_at(line, place)
+    square = line.lowest_square[piece + 1] - at(line.square, place)
+    return min(float(line.limit_mps[piece]), math.sqrt(max(square, 0.0)))
+
+
+@compiled
+def _braked_mps(
+    line: CeilingFigures, train: int, piece: int, place: float, speed_mps: float, step_s: float
+) -> float:
+    """Return the speed after a step from which the service brake keeps all limits ahead."""
+    here = at(line.square, place)
+    loss = braking_loss_mps(line.square, place, speed_mps, step_s)
+    reach = place + speed_mps * step_s + line.reach_m[train]
+    lowest_mps, after = np.inf, piece + 1
+    while line.start[after] < reach:
+        begins, limit = line.start[after], line.limit_mps[after]
+        way = begins - place
+        if limit < line.limit_mps[after - 1] and way <= 0.5 * (speed_mps + limit) * step_s:
+            # It begins within the step: at the end the train is that slow.
+            lowest_mps = min(lowest_mps, limit)
+        elif limit < line.limit_mps[after - 1]:
+            square = limit * limit + at(line.square, begins) - here
+            braked = max(next_speed_mps(speed_mps, square, loss, 0.0), limit)
+            lowest_mps = min(lowest_mps, max(braked, limit), 2.0 * way / step_s - speed_mps)
+        after += 1
+    square = line.lowest_square[after] - here
+    return min(float(lowest_mps), float(next_speed_mps(speed_mps, square, loss, 0.0)))
+
+
+@compiled
+def _let_go_mps(
+    line: CeilingFigures,
+    piece: int,
+    place: float,
+    speed_mps: float,
+    gain_mps2: float,
+    step_s: float,
+) -> float:
+    """Return the speed after a step of speeding up at a rate and holding each limit to its end."""
+    speed, here, left_s, last = speed_mps, place, step_s, piece
+    while True:
+        limit, ends = line.limit_mps[last], line.start[last + 1]
+        speed = min(speed, limit)
+        if here + limit * left_s < ends:
+            break
+        rise_s = min((limit - speed) / gain_mps2 if gain_mps2 > 0.0 else left_s, left_s)
+        rise_m = (speed + 0.5 * gain_mps2 * rise_s) * rise_s
+        if here + rise_m >= ends:
+            ahead = math.sqrt(speed * speed + 2.0 * gain_mps2 * (ends - here))
+            left_s -= 2.0 * (ends - here) / (speed + ahead)
+            speed = ahead
+        else:
+            speed += gain_mps2 * rise_s
+            left_s -= rise_s + (ends - here - rise_m) / max(speed, LEAST_MPS)
+        if left_s <= 0.0:
+            break
+        here, last = ends, last + 1
+    speed = min(speed + gain_mps2 * max(left_s, 0.0), line.limit_mps[last])
+    # A step of constant acceleration may end short of where this motion is.
+    for passed in range(last - 1, piece - 1, -1):
+        if place + 0.5 * (speed_mps + speed) * step_s < line.start[passed + 1]:
+            speed = min(speed, line.limit_mps[passed])
+    return float(speed)
+
+
+@compiled
 def ceiling_ahead_mps(line: CeilingFigures, train: int, front_m: float, speed_mps: float) -> float:
     """
-    Return the line ceiling that holds for a front at the end of a step.
+    Return how fast a train may be at the end of a step.
+
+    Where a lower limit begins the train is braked down to it in time. Where a limit ends within
+    the step, the train may gain what it gains in the rest of the step.
 
     Parameters
     ----------
@@ -131,8 +285,15 @@ def ceiling_ahead_mps(line: CeilingFigures, train: int, front_m: float, speed_mp
     float
         The ceiling. [m/s]
     """
-    ahead_m = front_m + speed_mps * line.step_s + line.reach_m[train]
-    return math.sqrt(at(line.square, ahead_m + line.row_start[train]))
+    pull = Pull(*line.pull)
+    place = front_m + line.row_start[train]
+    piece = _piece_at(line, place)
+    braked_mps = _braked_mps(line, train, piece, place, speed_mps, pull.step_s)
+    pulled = pulled_mps(pull, train, place, speed_mps)
+    if pulled <= line.limit_mps[piece]:
+        return min(braked_mps, float(line.limit_mps[piece]))
+    gain_mps2 = max((pulled - speed_mps) / pull.step_s, 0.0)
+    return min(braked_mps, _let_go_mps(line, piece, place, speed_mps, gain_mps2, pull.step_s))
 
 
 @compiled
@@ -140,7 +301,7 @@ def _ahead_mps(
     front_m: FloatArray,
     speed_mps: FloatArray,
     present: BoolArray,
-    fields: tuple[FloatArray, FloatArray, FloatArray, float],
+    fields: CeilingFields,
 ) -> FloatArray:
     line = CeilingFigures(*fields)
     ceiling_mps = np.zeros_like(speed_mps)

@@ -17,6 +17,7 @@ import numpy as np
 
 from controllers.options import require
 from controllers.protection.ceiling import (
+    CeilingFields,
     CeilingFigures,
     LineCeiling,
     braked_to_mps,
@@ -99,7 +100,7 @@ class MovingBlock:
         self._world = world
         self.profile = world.profile
         if not buffers.none:
-            self.profile = build_profile(world.line, world.train_types, world.step_s, buffers)
+            self.profile = build_profile(world.line, world.train_types, buffers)
         self.delay_s = buffers.delay_s
         self._square = 2.0 * self.profile.potential_m2ps2.ravel()
         self._delays_s = np.full(world.size, buffers.delay_s)
@@ -260,7 +261,7 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     leader: IntArray,
     follows: BoolArray,
     section_m: FloatArray,
-    ceiling_fields: tuple[FloatArray, FloatArray, FloatArray, float],
+    ceiling_fields: CeilingFields,
     spacing: tuple[float, float, float, bool],
     balise_m: FloatArray,
     buffered_at_balise_m: FloatArray,

@@ -13,7 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from controllers.options import OptionError, require
-from controllers.protection.ceiling import CeilingFigures, LineCeiling, ceiling_ahead_mps
+from controllers.protection.ceiling import (
+    CeilingFields,
+    CeilingFigures,
+    LineCeiling,
+    ceiling_ahead_mps,
+)
 from controllers.protection.code_doubts import never_shown
 from controllers.protection.code_table import Braking, code_table
 from controllers.protection.fixed_block import detection_on
@@ -263,7 +268,7 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     figures: tuple[float, float, float],
     far_m: float,
     onboard: FloatArray,
-    ceiling_fields: tuple[FloatArray, FloatArray, FloatArray, float],
+    ceiling_fields: CeilingFields,
 ) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
     """Return limits and ceilings with what is behind them, and write what trains remember."""
     blocks, line_ceiling = Tiling(*block_fields), CeilingFigures(*ceiling_fields)

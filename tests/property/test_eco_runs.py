@@ -39,7 +39,7 @@ class Task(NamedTuple):
     start_mps: float = 0.0
 
     def way(self) -> Way:
-        profile = build_profile(self.line, [self.train], 0.0)
+        profile = build_profile(self.line, [self.train])
         return way_on(profile, 0, self.train, self.ends_m, (self.start_mps, 0.0))
 
     def optimum(self, added_s: float, *, cell_m: float = 5.0, speeds: int = 300) -> Optimum:

@@ -53,7 +53,7 @@ def test_brake_potential_gives_the_speed_from_which_a_train_just_stops(
     gradients: list[Gradient], front_m: float, ahead_m: float
 ) -> None:
     line = line_of(gradients)
-    profile = build_profile(line, [TRAIN], 0.5)
+    profile = build_profile(line, [TRAIN])
     potential = profile.potential_m2ps2
     drop = look_up(profile, potential, front_m + ahead_m) - look_up(profile, potential, front_m)
     stopped_m = stopping_place_m(line, TRAIN, front_m, float(np.sqrt(2.0 * drop)))
@@ -66,7 +66,7 @@ def test_line_ceiling_is_the_highest_that_obeys_every_limit_ahead(
     gradients: list[Gradient], limits: list[SpeedLimit], step_s: float
 ) -> None:
     line = line_of(gradients, limits)
-    profile = build_profile(line, [TRAIN], step_s)
+    profile = build_profile(line, [TRAIN])
     fronts_m = np.arange(100.25, END_M, 7.0)
     height_m = np.interp(fronts_m, profile.grid_m, independent_mean_height(line, profile.grid_m))
     half_squares = np.interp(fronts_m, profile.grid_m, profile.ceiling_m2ps2[0])
@@ -105,7 +105,7 @@ def independent_mean_height(line: Line, fronts_m: np.ndarray) -> np.ndarray:
 @given(random_gradients(END_M))
 def test_gradient_drag_is_the_mean_slope_under_the_train(gradients: list[Gradient]) -> None:
     line = line_of(gradients)
-    profile = build_profile(line, [TRAIN], 0.5)
+    profile = build_profile(line, [TRAIN])
     for front_m in (250.0, 1033.0, 2590.0, 3999.0):
         slope = mean_slope(line, front_m, LENGTH_M)
         drag = look_up(profile, profile.drag_mps2, front_m)
@@ -115,7 +115,7 @@ def test_gradient_drag_is_the_mean_slope_under_the_train(gradients: list[Gradien
 
 def test_a_curve_drags_in_proportion_to_the_part_of_the_train_on_it() -> None:
     curved = replace(line_of(), curves=(Curve(1000.0, 1300.0, 400.0),))
-    profile = build_profile(curved, [TRAIN], 0.5)
+    profile = build_profile(curved, [TRAIN])
     # 600 / 400 kgf per tonne.
     whole = 600.0 / 400.0 * 1e-3 * GRAVITY / 1.08
     for front_m, share in (
@@ -129,7 +129,7 @@ def test_a_curve_drags_in_proportion_to_the_part_of_the_train_on_it() -> None:
 
 
 def test_beyond_both_ends_the_line_is_level_and_the_ceiling_is_the_trains_own() -> None:
-    profile = build_profile(line_of([Gradient(0.0, END_M, 0.02)]), [TRAIN], 0.5)
+    profile = build_profile(line_of([Gradient(0.0, END_M, 0.02)]), [TRAIN])
     for front_m in (-500.0, END_M + LENGTH_M + 100.0):
         assert look_up(profile, profile.drag_mps2, front_m) == pytest.approx(0.0, abs=1e-9)
         ceiling = np.sqrt(2.0 * look_up(profile, profile.ceiling_m2ps2, front_m))

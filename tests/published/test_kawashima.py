@@ -36,7 +36,7 @@ def saving(
     line: Line, train: TrainType, legs_m: tuple[tuple[float, float], ...], supplement: float
 ) -> Saving:
     spent, work = [0.0, 0.0], [0.0, 0.0]
-    profile = build_profile(line, [train], 0.0)
+    profile = build_profile(line, [train])
     for ends_m in legs_m:
         way = way_on(profile, 0, train, ends_m)
         quickest = fastest(way)
@@ -77,7 +77,7 @@ def test_every_limit_on_the_way_makes_the_saving_greater() -> None:
 
 
 def test_the_timetable_of_the_model_line_has_the_published_supplement() -> None:
-    profile = build_profile(MODEL.line, [TRAIN], 0.0)
+    profile = build_profile(MODEL.line, [TRAIN])
     calls = MODEL.timetable.services[0].calls
     for ends_m, start, stop in zip(LEGS_M, calls[:-1], calls[1:], strict=True):
         shortest_s = fastest(way_on(profile, 0, TRAIN, ends_m)).run_time_s

@@ -52,7 +52,7 @@ def site_of(
 ) -> Site:
     """A gate that opens for good at once."""
     return Site(
-        profile=build_profile(line or line_of(), [train], 0.0),
+        profile=build_profile(line or line_of(), [train]),
         row=0,
         train_type=train,
         stop_m=STOP_M,

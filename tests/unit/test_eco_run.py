@@ -23,7 +23,7 @@ LEVEL = straight_line({"west": 300.0}, 6000.0)
 
 def way_of(train: TrainType, stop_m: float = STOP_M, start_mps: float = 0.0, **line: object) -> Way:
     track = straight_line({"west": 300.0}, 6000.0, **line)  # type: ignore[arg-type]
-    profile = build_profile(track, [train], 0.0)
+    profile = build_profile(track, [train])
     return way_on(profile, 0, train, (500.0, 500.0 + stop_m), (start_mps, 0.0))
 
 

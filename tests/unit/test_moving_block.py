@@ -238,12 +238,12 @@ def test_a_limit_holds_from_the_front_buffer_to_the_rear_buffer() -> None:
     limit = SpeedLimit(700.0, 900.0, 15.0)
     protection = MovingBlock(world_with(450.0, limits=(limit,)), PAPER)
     radio = radio_of(450.0)
-    profile = protection.profile
-    slow_m = profile.grid_m[profile.limit_mps[0] <= 15.0]
-    # Tabulated to the metre, never too short; kept until a whole step begins past the end.
-    assert slow_m[0] == np.floor(radio.first_front_m(700.0, 15.0))
+    limits = protection.profile.limits[0]
+    (slow,) = np.flatnonzero(limits.limit_mps == 15.0)
+    assert limits.start_m[slow] == pytest.approx(radio.first_front_m(700.0, 15.0), abs=1e-6)
     cleared_m = radio.first_clear_m(900.0, LENGTH_M)
-    assert cleared_m <= slow_m[-1] <= cleared_m + 110.0 / 3.6 * STEP_S + 1.0
+    # A millimetre more, as places are rounded.
+    assert limits.start_m[slow + 1] == pytest.approx(cleared_m + 1e-3, abs=1e-6)
 
 
 @pytest.mark.parametrize(
