@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 import controllers
-from analysis import FaultTables, publish_faults, refuse_foreign
+from analysis import FaultTables, delay_s, publish_faults, refuse_foreign
 from controllers.control_map.measuring import CENTRE_ROW, Notice
 from controllers.control_map.wrong_maps import WrongMaps
 from controllers.protection.control_map import ControlMapOptions, Memory
@@ -30,7 +30,7 @@ from railway.state import Authority, LineState, Reason
 from study import Study, StudyError, StudyResult, run_once, world_of
 from workers import performed
 
-VERSION = 2
+VERSION = 3
 """Of what a run of the campaign is; runs of another one are not continued."""
 SEEDS = 20
 """Days that the faults are spread over. [-]"""
@@ -366,13 +366,14 @@ class Witness:
 def _measured(record: RunRecord) -> Finding:
     """Return what is found out about any run."""
     world, trains = record.world, record.world.timetable.trains
-    delay_s = record.arrival_s[:, 1:] - world.booked_arrival_s[:, 1:-1]
+    booked_s = world.booked_arrival_s[:, 1:-1]
+    late_s = delay_s(record.arrival_s[:, 1:], booked_s, record.end_s)
     long = record.standstills.duration_s >= STOP_S
     samples = record.trajectory
     braked = (samples.reason == Reason.EMERGENCY) & (samples.speed_mps > 0.0)
     events = record.violations
     return {
-        "delay_s": float(np.nanmean(delay_s)),
+        "delay_s": float(np.nanmean(late_s)),
         "stopped": sorted({trains[row] for row in record.standstills.row[long].tolist()}),
         "braked": sorted({trains[row] for row in samples.row[braked].tolist()}),
         "unsafe_events": len(events),

@@ -31,6 +31,7 @@ from analysis import (
     radio_load_texts,
     radio_sentences,
     sweep_texts,
+    unfinished_heading,
 )
 from screen import (
     EXIT_BAD_INPUT,
@@ -190,7 +191,7 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument per option of the command 
             gui=gui,
         )
         result = _run(chosen, out)
-    _report(result)
+    _report(result, chosen.scenario.patience_s)
 
 
 @app.command("capacity")
@@ -379,7 +380,7 @@ def _run(chosen: study.Study, out: Path) -> study.StudyResult:
         return study.run_study(chosen, out, show)
 
 
-def _report(result: study.StudyResult) -> None:
+def _report(result: study.StudyResult, patience_s: float) -> None:
     if result.summary is not None:
         if result.sweep:
             header, rows = sweep_texts(result.sweep.indicators)
@@ -393,6 +394,10 @@ def _report(result: study.StudyResult) -> None:
                 answers.print(f"In brackets: change against {escape(header[1])}")
             show_side_by_side(header, rows, kept=2, shown=SIDE_BY_SIDE - 1)
         answers.print(f"Results: {result.folder}", soft_wrap=True)
+    if result.unfinished:
+        told = unfinished_heading(len(result.unfinished), patience_s)
+        console.print(f"[bold yellow]{escape(told)}[/]")
+        list_sentences(result.unfinished)
     if result.violations:
         console.print(f"[bold red]{len(result.violations)} safety violations[/]")
         list_sentences(result.violations)

@@ -101,6 +101,8 @@ class Outcome:
     violations: tuple[str, ...]
     wall_s: float
     train_steps: int
+    unfinished: tuple[str, ...] = ()
+    """Sentences about the trains that were still under way when it ended."""
 
 
 @dataclass(slots=True)
@@ -120,6 +122,15 @@ class StudyResult:
             f"{outcome.task}: {sentence}"
             for outcome in self.outcomes
             for sentence in outcome.violations
+        ]
+
+    @property
+    def unfinished(self) -> list[str]:
+        """Sentences about every train that had not finished, run by run."""
+        return [
+            f"{outcome.task}: {sentence}"
+            for outcome in self.outcomes
+            for sentence in outcome.unfinished
         ]
 
 
@@ -324,6 +335,7 @@ def _perform(study: Study, work: Path, task: Task, progress: Callable[[float], N
         tuple(violation.message for violation in record.violations),
         time.perf_counter() - started,
         record.train_steps,
+        tuple(item.sentence for item in record.unfinished),
     )
 
 

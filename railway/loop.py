@@ -16,6 +16,7 @@ from railway.recorder import Recorder
 from railway.records import RunRecord
 from railway.standstill import StandstillWatch
 from railway.tracker import Tracker
+from railway.unfinished import Ending, unfinished
 from railway.wayside import Wayside
 from railway.world import World
 
@@ -36,7 +37,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
     progress: Callable[[float], None] = lambda _: None,
 ) -> RunRecord:
     """
-    Run every train to the end of the line under one controller.
+    Run every train to the end of its service under one controller.
 
     Parameters
     ----------
@@ -51,7 +52,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
     seed
         Seed of those delays, for the record, of what fails at random and of what radio loses.
     patience_s
-        Trains that are not through this long after the last booked call are stalled. [s]
+        The run ends this long after the last booked call, whoever is still under way. [s]
     disruptions
         What goes wrong beside the track.
     radio
@@ -108,7 +109,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
             progress(seen.time_s)
     recorder.flush()
     progress(seen.time_s)
-    monitor.note_stalled(np.flatnonzero(~tracker.completed), seen.time_s)
+    ending = Ending(state, authority, tracker.completed, disruptions)
     return RunRecord(
         controller=controller.name,
         seed=seed,
@@ -125,4 +126,6 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
         obstructions=wayside.obstructions(),
         completed=tracker.completed,
         train_steps=recorder.train_steps,
+        unfinished=unfinished(world, ending),
+        end_s=seen.time_s,
     )

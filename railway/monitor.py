@@ -101,20 +101,6 @@ class Monitor:
         for row in rows:
             self._extend(row, "collision", time_s, 0.0)
 
-    def note_stalled(self, rows: IntArray, time_s: float) -> None:
-        """
-        Take note of trains that never reached the end of the line.
-
-        Parameters
-        ----------
-        rows
-            The trains. shape (n_stalled,)
-        time_s
-            When the run was given up. [s]
-        """
-        for row in rows.tolist():
-            self._extend(row, "stalled", time_s, 0.0)
-
     def violations(self) -> tuple[Violation, ...]:
         """
         Return what was found.
@@ -276,7 +262,6 @@ class Monitor:
         }.get(kind)
         event = {
             "collision": "collided",
-            "stalled": "never reached the end of the line",
             "points": f"entered points {excess:.1f} s or more before they could lie for it",
             "crossing": f"entered a level crossing {excess:.1f} s before it could be closed",
         }.get(kind)
