@@ -20,15 +20,12 @@ from tests.worlds import commuter_train, two_station_scenario, world_of
 CLOSURE = Closure("zone", Cause.FAULT, ("main",), 900.0, 950.0, 0.0, np.inf, np.inf)
 
 
-def ending(world: World, state: LineState, limit_m: float = np.inf) -> Ending:
-    limits_m = np.minimum(state.clear_to_m, limit_m)
-    authority = Authority(limits_m, np.full(2, 30.0), np.zeros(2))
+def told(world: World, state: LineState) -> Unfinished:
+    """Return what is said of the second train, permitted as far as its way is clear."""
+    authority = Authority(state.clear_to_m, np.full(2, 30.0), np.zeros(2))
     done = np.array([True, False])
-    return Ending(state, authority, done, Disruptions(closures=(CLOSURE,)))
-
-
-def told(world: World, state: LineState, limit_m: float = np.inf) -> Unfinished:
-    (item,) = unfinished(world, ending(world, state, limit_m))
+    ending = Ending(state, authority, done, Disruptions(closures=(CLOSURE,)))
+    (item,) = unfinished(world, ending)
     assert item.row == 1
     assert item.front_m == state.front_m[1]
     return item
