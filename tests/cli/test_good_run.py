@@ -20,6 +20,7 @@ TABLES = {
     "interstation_stops.csv",
     "obstructions.csv",
     "trajectory.parquet",
+    "unfinished.csv",
     "violations.csv",
 }
 SUMMARY_COLUMNS = {
