@@ -21,7 +21,7 @@ import numpy as np
 import controllers
 import failures
 import interrupts
-from analysis import FaultTables, publish_faults, refuse_foreign
+from analysis import FaultTables, delay_s, publish_faults, refuse_foreign
 from analysis.schema import write_whole
 from controllers.control_map.measuring import CENTRE_ROW, Notice
 from controllers.control_map.wrong_maps import WrongMaps
@@ -38,7 +38,7 @@ from store import VERSIONED
 from study import Study, StudyError, StudyResult, run_once, world_of
 from workers import Failure, performed
 
-VERSION = 2
+VERSION = 3
 """Of what a run of the campaign is; runs of another one are not continued."""
 SEEDS = 20
 """Days that the faults are spread over. [-]"""
@@ -418,13 +418,14 @@ class Witness:
 def _measured(record: RunRecord) -> Finding:
     """Return what is found out about any run."""
     world, trains = record.world, record.world.timetable.trains
-    delay_s = record.arrival_s[:, 1:] - world.booked_arrival_s[:, 1:-1]
+    booked_s = world.booked_arrival_s[:, 1:-1]
+    late_s = delay_s(record.arrival_s[:, 1:], booked_s, record.end_s)
     long = record.standstills.duration_s >= STOP_S
     samples = record.trajectory
     braked = (samples.reason == Reason.EMERGENCY) & (samples.speed_mps > 0.0)
     events = record.violations
     return {
-        "delay_s": float(np.nanmean(delay_s)),
+        "delay_s": float(np.nanmean(late_s)),
         "stopped": sorted({trains[row] for row in record.standstills.row[long].tolist()}),
         "braked": sorted({trains[row] for row in samples.row[braked].tolist()}),
         "unsafe_events": len(events),

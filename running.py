@@ -218,8 +218,9 @@ class Running:
                 told = kept.told
                 # A damaged table is found, and named, when it is published.
                 violations = attempt(kept.violations)[0] or ()
+                unfinished = attempt(kept.unfinished)[0] or ()
                 figures = (float(told["wall_s"]), int(told["train_steps"]), str(told["failure"]))
-                result.outcomes.append(Outcome(task, violations, *figures))
+                result.outcomes.append(Outcome(task, violations, *figures, unfinished))
 
     def _publish(self, wall_s: float) -> None:
         for figures in (True, False):

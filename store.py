@@ -23,7 +23,7 @@ from analysis.results import RUN_RECORD, places_of
 from analysis.schema import json_text, read_csv, write_whole
 from analysis.tables import RunTables, table_file
 from fingerprint import content_sha256, foreign_sha256, sources_sha256
-from railway.records import RAW_TABLES, VIOLATIONS
+from railway.records import RAW_TABLES, UNFINISHED, VIOLATIONS
 from railway.scenario import ControllerSpec, Scenario
 
 VERSIONED = ("kankaku", "eclipse-sumo", "libsumo", "numpy")
@@ -77,6 +77,10 @@ class Kept:
         if not self.told["violations"]:
             return ()
         return tuple(read_csv(self.place / table_file("violations"), VIOLATIONS)["message"])
+
+    def unfinished(self) -> tuple[str, ...]:
+        """Return sentences about the trains that had not finished."""
+        return tuple(read_csv(self.place / table_file("unfinished"), UNFINISHED)["message"])
 
     def differences(self, origin: Origin, *, options: bool) -> list[str]:
         """

@@ -61,6 +61,8 @@ class Outcome:
     train_steps: int
     failure: str = ""
     """What ended the run after violations; empty if it came to its end."""
+    unfinished: tuple[str, ...] = ()
+    """Sentences about the trains that were still under way when it ended."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +108,15 @@ class StudyResult:
             f"{outcome.task}: {sentence}"
             for outcome in self.outcomes
             for sentence in outcome.violations
+        ]
+
+    @property
+    def unfinished(self) -> list[str]:
+        """Sentences about every train that had not finished, run by run."""
+        return [
+            f"{outcome.task}: {sentence}"
+            for outcome in self.outcomes
+            for sentence in outcome.unfinished
         ]
 
     @property

@@ -7,8 +7,7 @@ from rich.progress import ProgressColumn, Task, TaskID
 from rich.text import Text
 
 import study
-from analysis import comparison, comparison_note, comparison_texts, sweep_texts
-from railway.scenario import Scenario
+from analysis import comparison, comparison_note, comparison_texts, sweep_texts, unfinished_heading
 from screen import (
     SIDE_BY_SIDE,
     Log,
@@ -123,9 +122,8 @@ def report(result: study.StudyResult, chosen: study.Study) -> int:
         result.violations,
     )
     show_group(counted_text(len(result.failures), "failure", "failures"), result.failures)
-    show_group(
-        "Not all trains had finished", unfinished_texts(result, chosen.scenario), style="yellow"
-    )
+    left = result.unfinished
+    show_group(unfinished_heading(len(left), chosen.scenario.patience_s), left, style="yellow")
     if result.interrupted:
         told = "what was finished is kept" if result.outcomes else "no run was finished"
         again = " without --fresh" if chosen.fresh else ""
@@ -136,42 +134,3 @@ def report(result: study.StudyResult, chosen: study.Study) -> int:
         failures=bool(result.failures),
         interrupted=result.interrupted,
     )
-
-
-def unfinished_texts(result: study.StudyResult, scenario: Scenario) -> list[str]:
-    """
-    Return how many trains had not finished when a run was given up.
-
-    Parameters
-    ----------
-    result
-        What was run.
-    scenario
-        How long a run waits for late trains.
-
-    Returns
-    -------
-    list[str]
-        A sentence for each run that was asked for and that it is true of.
-    """
-    if result.summary is None:
-        return []
-    columns = ["controller", "seed", "initial_delay_s", "trains", "trains_completed"]
-    left = {
-        (name, seed, delay_s): trains - completed
-        for name, seed, delay_s, trains, completed in result.summary[columns].itertuples(
-            index=False, name=None
-        )
-    }
-    sentences = []
-    for outcome in result.outcomes:
-        task = outcome.task
-        count = left[task.controller, task.seed, task.initial_delay_s or 0.0]
-        # What ended early is told of as a failure.
-        if count and not outcome.failure:
-            trains = counted_text(count, "train", "trains")
-            patience = f"patience_min = {scenario.patience_s / 60.0:g}"
-            swept = f", {task.initial_delay_s:.1f} s" if task.initial_delay_s is not None else ""
-            told = f"{trains} had not finished when {patience} ended the run"
-            sentences.append(f"{told} ({task.controller}, seed {task.seed}{swept})")
-    return sentences

@@ -18,7 +18,7 @@ from analysis.capacity import (
 )
 from analysis.capacity_publishing import CAPACITY_FILES, CapacityTables, publish_capacity
 from analysis.compare import change_pct, comparison, comparison_note, comparison_texts
-from analysis.delay import technical_run_times_s
+from analysis.delay import delay_s, technical_run_times_s
 from analysis.dependability import Endurance, availability_texts, fault_tree_texts
 from analysis.dependability_publishing import (
     DEPENDABILITY_FILES,
@@ -31,6 +31,7 @@ from analysis.publishing import Findings, publish
 from analysis.radio_load import CellPoint, LoadCase, late_share
 from analysis.radio_publishing import RADIO_FILES, RadioTables, publish_radio
 from analysis.radio_texts import radio_load_texts, radio_sentences
+from analysis.report import unfinished_heading
 from analysis.results import RESULT_FILES, Results, read_results, refuse_foreign, run_folder
 from analysis.saved_run import SavedRun, SavedRunError, read_saved_run
 from analysis.speed_distance import Curve, Panel, follower_panels, speed_distance_figure
@@ -77,6 +78,7 @@ __all__ = [
     "comparison",
     "comparison_note",
     "comparison_texts",
+    "delay_s",
     "fault_texts",
     "fault_tree_texts",
     "follower_panels",
@@ -109,5 +111,6 @@ __all__ = [
     "sweep_tables",
     "sweep_texts",
     "technical_run_times_s",
+    "unfinished_heading",
     "write_run",
 ]

@@ -11,6 +11,9 @@ The lateness of an arrival is then, exactly,
 
 A train alone on the line therefore has no secondary delay however late it makes itself,
 and a train that uses its running-time supplement without getting late has none either.
+
+A call that was not reached when the run ended is late at least by the time since its booking:
+a train that never arrives makes no indicator lower.
 """
 
 from typing import NamedTuple
@@ -34,7 +37,7 @@ class Propagation(NamedTuple):
     primary_delay_s: float
     """Sum over all calls. [s]"""
     secondary_delay_s: float
-    """Sum over trains, each at the last call it reached. [s]"""
+    """Sum over trains, each at its last call. [s]"""
     ratio: float
     """Secondary over primary delay; nan without primary delay. [-]"""
     trains_affected: int
@@ -133,8 +136,32 @@ def primary_delay_s(
     return np.clip(dwell_delay_s - np.maximum(slack_s, 0.0), 0.0, None)
 
 
+def delay_s(actual_s: FloatArray, booked_s: FloatArray, end_s: float) -> FloatArray:
+    """
+    Return delays; of what had not happened when the run ended, at least what it was then.
+
+    Parameters
+    ----------
+    actual_s
+        Actual times, nan if never. [s], any shape
+    booked_s
+        Booked times. [s], same shape
+    end_s
+        When the run ended; nan where nobody knows. [s]
+
+    Returns
+    -------
+    FloatArray
+        Actual minus booked; nan where it never happened and was not due yet. [s], same shape
+    """
+    overdue_s = end_s - booked_s
+    never = np.isnan(actual_s)
+    delays_s: FloatArray = np.where(never, overdue_s, actual_s - booked_s)
+    return np.where(never & ~(overdue_s > 0.0), np.nan, delays_s)
+
+
 def secondary_delay_s(
-    arrival_s: FloatArray, unhindered_s: FloatArray, booked_s: FloatArray
+    arrival_s: FloatArray, unhindered_s: FloatArray, booked_s: FloatArray, end_s: float = np.nan
 ) -> FloatArray:
     """
     Return the lateness that a train owes to others.
@@ -147,13 +174,18 @@ def secondary_delay_s(
         Arrival of the unhindered run. [s], same shape
     booked_s
         Booked arrival. [s], same shape
+    end_s
+        When the run ended; nan where nobody knows. [s]
 
     Returns
     -------
     FloatArray
-        Lateness beyond that of the unhindered run; nan if never arrived. [s], same shape
+        Lateness beyond that of the unhindered run. If never arrived, what of it there was when
+        the run ended; nan if it was not due then. [s], same shape
     """
-    return np.maximum(arrival_s - booked_s, 0.0) - np.maximum(unhindered_s - booked_s, 0.0)
+    late_s = np.maximum(delay_s(arrival_s, booked_s, end_s), 0.0)
+    others_s = late_s - np.maximum(unhindered_s - booked_s, 0.0)
+    return np.where(np.isnan(arrival_s), np.maximum(others_s, 0.0), others_s)
 
 
 def propagation(calls: pd.DataFrame) -> Propagation:
@@ -168,7 +200,7 @@ def propagation(calls: pd.DataFrame) -> Propagation:
     Returns
     -------
     Propagation
-        Sums over the run. A line still late when the run ends counts up to its last event.
+        Sums over the run. A line still late when the run ends counts up to then.
     """
     reached = calls.dropna(subset=["secondary_delay_s"])
     by_train = reached.groupby("train", sort=False)["secondary_delay_s"]
@@ -184,7 +216,9 @@ def propagation(calls: pd.DataFrame) -> Propagation:
 
 
 def _recovery_time_s(calls: pd.DataFrame) -> float:
-    events_s = calls[["arrival_s", "departure_s"]].to_numpy()
+    booked_s = calls[["booked_arrival_s", "booked_departure_s"]].to_numpy()
     delays_s = calls[["arrival_delay_s", "departure_delay_s"]].to_numpy()
+    # Of what never happened this is the end of the run.
+    events_s = np.round(booked_s + delays_s, 3)
     late_s = events_s[delays_s > RECOVERED_S]
     return float(np.ptp(late_s)) if late_s.size else 0.0

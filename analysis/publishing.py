@@ -11,7 +11,7 @@ from analysis.control_map import control_map_figure
 from analysis.figures import write_figure
 from analysis.interval_diagram import interval_figure
 from analysis.map_window import window_of
-from analysis.report import report_text
+from analysis.report import Shortfalls, report_text, unfinished_heading
 from analysis.results import (
     COLUMNS,
     STATIONS,
@@ -123,7 +123,7 @@ def publish(
         provenance,
         images,
         swept=findings.sweep,
-        failures=failures,
+        shortfalls=Shortfalls(failures, _unfinished(runs, scenario)),
     )
     write_whole(folder / "report.md", report)
     write_whole(folder / "columns.csv", csv_text(columns_frame(explained), COLUMNS))
@@ -135,6 +135,18 @@ def publish(
     # Last, because a folder counts as results once it has a summary.
     write_whole(folder / "summary.csv", csv_text(findings.summary, SUMMARY))
     return findings
+
+
+def _unfinished(runs: Sequence[RunTables], scenario: Scenario) -> list[str]:
+    """Return a heading and a sentence per train that had not finished."""
+    sentences = []
+    for run in runs:
+        swept = f", initial delay {run.initial_delay_s:.1f} s" if scenario.sweep else ""
+        which = f"{run.controller}, seed {run.seed}{swept}"
+        sentences += [f"{which}: {message}" for message in run.unfinished["message"]]
+    if not sentences:
+        return []
+    return [unfinished_heading(len(sentences), scenario.patience_s), *sentences]
 
 
 def _figures(

@@ -1,7 +1,7 @@
 """A short report in Markdown: what was run, what came out, and why trains were slow."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -23,12 +23,26 @@ REASON_TEXTS: Mapping[str, str] = {
     "emergency": "emergency brake",
     "peer": "driven by the peer",
 }
+MOST_UNFINISHED = 30
+"""Trains that the report names; all of them are in the tables."""
 # Wall times stay in provenance.json, so that the report can be reproduced.
 FACTS: Mapping[str, str] = {
     "scenario": "scenario",
     "scenario_sha256": "SHA-256 of its files",
     "step_s": "step [s]",
 }
+
+
+class Shortfalls(NamedTuple):
+    """What of a study did not come to its end."""
+
+    failures: Sequence[str] = ()
+    """Sentences about runs that failed and are in no table."""
+    unfinished: Sequence[str] = ()
+    """A heading and a sentence for each train that had not finished; empty if there are none."""
+
+
+NO_SHORTFALLS = Shortfalls()
 
 
 def reason_shares(trajectory: pd.DataFrame) -> pd.Series:
@@ -87,6 +101,26 @@ def _samples_by_reason(samples: pd.DataFrame) -> pd.Series:
     return counts.reindex(index, fill_value=0)
 
 
+def unfinished_heading(trains: int, patience_s: float) -> str:
+    """
+    Return how it is told that trains had not finished.
+
+    Parameters
+    ----------
+    trains
+        How many, in all runs together. [-]
+    patience_s
+        How long after the last booked call runs end. [s]
+
+    Returns
+    -------
+    str
+        One line.
+    """
+    told = f"{trains} train{'s' if trains > 1 else ''} had not finished"
+    return f"{told} when patience_min = {patience_s / 60.0:g} ended the run"
+
+
 def report_text(
     title: str,
     runs: Sequence[RunTables],
@@ -95,7 +129,7 @@ def report_text(
     figures: Iterable[str],
     *,
     swept: SweepTables | None = None,
-    failures: Sequence[str] = (),
+    shortfalls: Shortfalls = NO_SHORTFALLS,
 ) -> str:
     """
     Return the report.
@@ -114,8 +148,8 @@ def report_text(
         File names of the figures beside the report.
     swept
         What a sweep shows, in place of the comparison; None without a sweep.
-    failures
-        Sentences about runs that failed and are in no table.
+    shortfalls
+        What did not come to its end.
 
     Returns
     -------
@@ -125,7 +159,12 @@ def report_text(
     sections = (
         [f"# {title}"],
         _what_was_run(summary, provenance),
-        [*_safety(summary, swept=swept is not None), *_peers(provenance), *_failed(failures)],
+        [
+            *_safety(summary, swept=swept is not None),
+            *_peers(provenance),
+            *_failed(shortfalls.failures),
+        ],
+        *([_unfinished(shortfalls.unfinished)] if shortfalls.unfinished else []),
         _swept(swept) if swept else _compared(summary),
         _reasons(runs),
         [f"![{label_of(name.rpartition('.')[0])}]({name})" for name in figures],
@@ -148,13 +187,14 @@ def _what_was_run(summary: pd.DataFrame, provenance: Mapping[str, Any]) -> list[
 
 
 def _safety(summary: pd.DataFrame, *, swept: bool) -> list[str]:
-    bad = summary[(summary["violations"] > 0) | (summary["trains_completed"] < summary["trains"])]
+    bad = summary[summary["violations"] > 0]
     if bad.empty:
-        return ["Every train reached the end of the line, and no safety invariant was violated."]
+        every = bool((summary["trains_completed"] == summary["trains"]).all())
+        trains = "Every train finished, and no" if every else "No"
+        return [f"{trains} safety invariant was violated."]
     return [
         f"**{_run_text(row, swept=swept)}: {row['violations']} violations of safety "
-        f"invariants ({row['collisions']} collisions), {row['trains_completed']} of "
-        f"{row['trains']} trains completed. Do not use its other figures.**\n"
+        f"invariants ({row['collisions']} collisions). Do not use its other figures.**\n"
         for row in rows_of(bad)
     ]
 
@@ -163,6 +203,15 @@ def _failed(failures: Sequence[str]) -> list[str]:
     if not failures:
         return []
     return ["", "**Runs that failed are in no table:**", "", *(f"- {told}" for told in failures)]
+
+
+def _unfinished(told: Sequence[str]) -> list[str]:
+    heading, *sentences = told
+    lines = [f"- {sentence}" for sentence in sentences[:MOST_UNFINISHED]]
+    if len(sentences) > MOST_UNFINISHED:
+        lines.append(f"- and {len(sentences) - MOST_UNFINISHED} more, in `unfinished.csv`")
+    counted = "Calls that they had not reached count as late until the end of the run."
+    return [f"## {heading}", "", *lines, "", counted]
 
 
 def _run_text(row: Mapping[str, Any], *, swept: bool) -> str:
@@ -176,8 +225,8 @@ def _peers(provenance: Mapping[str, Any]) -> list[str]:
     if not names:
         return []
     told = (
-        f"Under {', '.join(names)} another program drives the trains: only collisions and trains "
-        "that never reach the end of the line count as violations there."
+        f"Under {', '.join(names)} another program drives the trains: only collisions count as "
+        "violations there."
     )
     return ["", told]
 

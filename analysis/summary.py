@@ -18,13 +18,23 @@ SUMMARY = (
     Column("seed", "int64", "", "seed of the dwell delays"),
     Column("initial_delay_s", "float64", "s", "swept delay of one train; 0 without a sweep"),
     Column("trains", "int64", "", "trains of the timetable"),
-    Column("trains_completed", "int64", "", "trains that left at the end of the line"),
+    Column("trains_completed", "int64", "", "trains that left where their service ends"),
     Column("interstation_stop_time_s", "float64", "s", "running trains at a stand for 1 s or more"),
     Column("interstation_stops", "int64", "", "how often"),
     Column("interstation_stop_trains", "int64", "", "how many different trains"),
     Column("interstation_crawl_time_s", "float64", "s", "below 10 km/h off platforms, with stops"),
-    Column("mean_arrival_delay_s", "float64", "s", "mean over all calls but origins; early < 0"),
-    Column("final_arrival_delay_s", "float64", "s", "mean over trains at the last station"),
+    Column(
+        "mean_arrival_delay_s",
+        "float64",
+        "s",
+        "mean over all calls but origins; early < 0; unreached ones late until the run's end",
+    ),
+    Column(
+        "final_arrival_delay_s",
+        "float64",
+        "s",
+        "mean over trains at the last station; who never came is late until the run's end",
+    ),
     Column("primary_delay_s", "float64", "s", "injected dwell beyond the booked slack, all calls"),
     Column(
         "secondary_delay_s", "float64", "s", "lateness owed to others at each train's last call"

@@ -14,7 +14,15 @@ from analysis.energy import energy_frame
 from analysis.interstation import stops_frame
 from analysis.schema import csv_text, read_csv, rows_frame, typed_frame, write_whole
 from railway.arrays import FloatArray
-from railway.records import CALLS, OBSTRUCTIONS, RAW_TABLES, TRAJECTORY, VIOLATIONS, RunRecord
+from railway.records import (
+    CALLS,
+    OBSTRUCTIONS,
+    RAW_TABLES,
+    TRAJECTORY,
+    UNFINISHED,
+    VIOLATIONS,
+    RunRecord,
+)
 from railway.state import NO_REASON, NOTHING, Reason
 
 REASONS = tuple(reason.name.lower() for reason in Reason)
@@ -34,6 +42,7 @@ class RunTables:
     energy: pd.DataFrame
     violations: pd.DataFrame
     obstructions: pd.DataFrame
+    unfinished: pd.DataFrame
     initial_delay_s: float = 0.0
     """By how much the train of a sweep overstays; 0 without a sweep. [s]"""
 
@@ -76,6 +85,7 @@ def run_tables(
         energy=energy_frame(record),
         violations=_violations_frame(record),
         obstructions=_obstructions_frame(record),
+        unfinished=_unfinished_frame(record),
         initial_delay_s=initial_delay_s,
     )
 
@@ -105,15 +115,17 @@ def _calls_frame(record: RunRecord, run_times_s: FloatArray) -> pd.DataFrame:
             "booked_departure_s": booked_departure_s,
             "arrival_s": arrival_s,
             "departure_s": departure_s,
-            "arrival_delay_s": arrival_s - booked_arrival_s,
-            "departure_delay_s": departure_s - booked_departure_s,
+            "arrival_delay_s": delay.delay_s(arrival_s, booked_arrival_s, record.end_s),
+            "departure_delay_s": delay.delay_s(departure_s, booked_departure_s, record.end_s),
             "minimum_dwell_s": minimum_dwell_s,
             "dwell_delay_s": dwell_delay_s,
             "primary_delay_s": delay.primary_delay_s(
                 booked_arrival_s, booked_departure_s, minimum_dwell_s, dwell_delay_s
             ),
             "unhindered_arrival_s": unhindered_s,
-            "secondary_delay_s": delay.secondary_delay_s(arrival_s, unhindered_s, booked_arrival_s),
+            "secondary_delay_s": delay.secondary_delay_s(
+                arrival_s, unhindered_s, booked_arrival_s, record.end_s
+            ),
             "stop_error_m": record.stop_error_m[made],
         },
         CALLS,
@@ -170,6 +182,20 @@ def _violations_frame(record: RunRecord) -> pd.DataFrame:
             "message": [violation.message for violation in found],
         },
         VIOLATIONS,
+    )
+
+
+def _unfinished_frame(record: RunRecord) -> pd.DataFrame:
+    found, trains = record.unfinished, record.world.timetable.trains
+    return typed_frame(
+        {
+            "train": [trains[item.row] for item in found],
+            "cause": [item.cause for item in found],
+            "by": [item.by for item in found],
+            "front_m": [item.front_m for item in found],
+            "message": [item.sentence for item in found],
+        },
+        UNFINISHED,
     )
 
 

@@ -63,7 +63,7 @@ def worst_moment(run: RunTables) -> Worst | None:
         start_s, duration_s = float(stop["start_s"]), float(stop["duration_s"])
         what = f"stands {duration_s:.0f} s between stations"
         return Worst(stop["train"], stop["next_station"], start_s, start_s + duration_s, what)
-    calls = run.calls
+    calls = run.calls[run.calls["arrival_s"].notna()]
     growth_s = calls.groupby("train", sort=False)["secondary_delay_s"].diff()
     if not growth_s.notna().any():
         return None

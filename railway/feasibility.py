@@ -130,7 +130,7 @@ def assess(line: Line, train_types: Mapping[str, TrainType], timetable: Timetabl
         legs = [leg for leg in bookings if leg.train_type == name]
         if not legs:
             continue
-        alone = _Alone(line, train_type, build_profile(line, [train_type], 0.0))
+        alone = _Alone(line, train_type, build_profile(line, [train_type]))
         weak = _starting(alone, legs) + _braking(alone, legs)
         # A run that cannot brake, or not even begin, tells nothing of what it can climb.
         weak = weak or _climbing(alone, legs)
@@ -138,6 +138,57 @@ def assess(line: Line, train_types: Mapping[str, TrainType], timetable: Timetabl
         if not weak:
             hurries += _hurries(alone, {leg: bookings[leg] for leg in legs})
     return Assessment(tuple(shortfalls), tuple(hurries))
+
+
+def gradients(line: Line, train_type: TrainType, fronts_m: FloatArray) -> FloatArray:
+    """
+    Return the gradient averaged over a train.
+
+    Parameters
+    ----------
+    line
+        The line.
+    train_type
+        The train.
+    fronts_m
+        Where its front is. [m], shape (n_places,)
+
+    Returns
+    -------
+    FloatArray
+        Rising is positive. [-], shape (n_places,)
+    """
+    rise_m = line.height_m(fronts_m) - line.height_m(fronts_m - train_type.length_m)
+    gradient: FloatArray = rise_m / train_type.length_m
+    return gradient
+
+
+def starting_needs_n(line: Line, train_type: TrainType, fronts_m: FloatArray) -> FloatArray:
+    """
+    Return the force that a train needs more than to start.
+
+    Parameters
+    ----------
+    line
+        The line.
+    train_type
+        The train.
+    fronts_m
+        Where its front stands. [m], shape (n_places,)
+
+    Returns
+    -------
+    FloatArray
+        Against gravity, curves and rolling resistance. [N], shape (n_places,)
+    """
+    length_m = train_type.length_m
+    along_m = np.arange(0.5, max(np.floor(length_m), 1.0))
+    places_m = fronts_m[:, np.newaxis] - along_m * length_m / along_m.size
+    curves_mps2 = line.curve_resistance_mps2(places_m).mean(axis=1)
+    gravity_mps2 = GRAVITY_MPS2 * gradients(line, train_type, fronts_m)
+    rolling_n = float(train_type.resistance.force_n(np.zeros(1))[0])
+    needed_n: FloatArray = rolling_n + train_type.mass_kg * (gravity_mps2 + curves_mps2)
+    return needed_n
 
 
 def _bookings(line: Line, timetable: Timetable) -> dict[Leg, list[float]]:
@@ -161,20 +212,8 @@ class _Alone(NamedTuple):
     train_type: TrainType
     profile: Profile
 
-    @property
-    def starting_force_n(self) -> float:
-        return float(self.train_type.traction.force_n(np.zeros(1))[0])
-
     def gradient(self, fronts_m: FloatArray) -> FloatArray:
-        """Return the gradient averaged over the train. [-], same shape"""
-        length_m = self.train_type.length_m
-        rise_m = self.line.height_m(fronts_m) - self.line.height_m(fronts_m - length_m)
-        gradient: FloatArray = rise_m / length_m
-        return gradient
-
-    def gravity_mps2(self, gradient: float | FloatArray) -> FloatArray:
-        """Return the deceleration that a gradient causes. [m/s2]"""
-        return np.asarray(GRAVITY_MPS2 * self.train_type.gravity_ratio * gradient)
+        return gradients(self.line, self.train_type, fronts_m)
 
     def way(self, leg: Leg) -> Way:
         """Return the way of a leg, from a stand."""
@@ -188,18 +227,14 @@ def _starting(alone: _Alone, legs: Sequence[Leg]) -> list[Shortfall]:
     starts = [leg for leg in legs if leg.end_m > leg.start_m]
     if not starts:
         return []
-    train_type, profile = alone.train_type, alone.profile
+    available_n = alone.train_type.traction.starting_force_n
     starts_m = np.array([leg.start_m for leg in starts])
-    gradient = alone.gradient(starts_m)
-    curves_mps2 = np.interp(starts_m, profile.grid_m, profile.curve_drag_mps2[0])
-    rolling_n = float(train_type.resistance.force_n(np.zeros(1))[0])
-    drag_mps2 = alone.gravity_mps2(gradient) + curves_mps2
-    needed_n = rolling_n + train_type.inertial_mass_kg * drag_mps2
+    needed_n = starting_needs_n(alone.line, alone.train_type, starts_m)
     worst = int(needed_n.argmax())
-    if alone.starting_force_n > needed_n[worst]:
+    if available_n > needed_n[worst]:
         return []
-    place = starts[worst], starts[worst].start_m, float(gradient[worst])
-    return [Shortfall(Lack.STARTING, *place, alone.starting_force_n, float(needed_n[worst]))]
+    place = starts[worst], starts[worst].start_m, float(alone.gradient(starts_m)[worst])
+    return [Shortfall(Lack.STARTING, *place, available_n, float(needed_n[worst]))]
 
 
 def _climbing(alone: _Alone, legs: Sequence[Leg]) -> list[Shortfall]:
@@ -214,7 +249,7 @@ def _climbing(alone: _Alone, legs: Sequence[Leg]) -> list[Shortfall]:
         if stands.size:
             place_m = float(way.chainage_m[stands[0] + 1])
             gradient = float(alone.gradient(np.array([place_m]))[0])
-            force_n = alone.starting_force_n
+            force_n = alone.train_type.traction.starting_force_n
             found.append(Shortfall(Lack.CLIMBING, leg, place_m, gradient, force_n, np.nan))
     return found
 
@@ -223,7 +258,7 @@ def _braking(alone: _Alone, legs: Sequence[Leg]) -> list[Shortfall]:
     """Return where gravity is too strong for a brake: on descents, and at stops either way."""
     places = [_steepest(alone, leg) for leg in legs]
     slope, place_m, leg = max(places, key=lambda place: abs(place[0]))
-    needed = float(alone.gravity_mps2(abs(slope))) + RESERVE_MPS2
+    needed = GRAVITY_MPS2 * alone.train_type.gravity_ratio * abs(slope) + RESERVE_MPS2
     brakes = {
         Lack.SERVICE_BRAKE: alone.train_type.service_brake_mps2,
         Lack.EMERGENCY_BRAKE: alone.train_type.emergency_brake_mps2,

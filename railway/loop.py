@@ -14,9 +14,10 @@ from railway.monitor import Monitor
 from railway.obstructions import UNDISTURBED, Disruptions
 from railway.radio import LOSSLESS, Radio, RadioSpec
 from railway.recorder import Recorder
-from railway.records import RunRecord
+from railway.records import RunRecord, Unfinished
 from railway.standstill import StandstillWatch
 from railway.tracker import Tracker
+from railway.unfinished import Ending, unfinished
 from railway.wayside import Wayside
 from railway.world import World
 
@@ -37,7 +38,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
     progress: Callable[[float], None] = lambda _: None,
 ) -> RunRecord:
     """
-    Run every train to the end of the line under one controller.
+    Run every train to the end of its service under one controller.
 
     Parameters
     ----------
@@ -52,7 +53,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
     seed
         Seed of those delays, for the record, of what fails at random and of what radio loses.
     patience_s
-        Trains that are not through this long after the last booked call are stalled. [s]
+        The run ends this long after the last booked call, whoever is still under way. [s]
     disruptions
         What goes wrong beside the track.
     radio
@@ -101,6 +102,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
         np.max(world.booked_departure_s, initial=0.0, where=np.isfinite(world.booked_departure_s))
     )
     steps, now_s, failure = 0, float("nan"), ""
+    left: tuple[Unfinished, ...] = ()
     try:
         while True:
             seen = engine.observe()
@@ -132,7 +134,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
     else:
         recorder.flush()
         progress(now_s)
-        monitor.note_stalled(np.flatnonzero(~tracker.completed), now_s)
+        left = unfinished(world, Ending(state, authority, tracker.completed, disruptions))
     return RunRecord(
         controller=controller.name,
         seed=seed,
@@ -150,4 +152,6 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
         completed=tracker.completed,
         train_steps=recorder.train_steps,
         failure=failure,
+        unfinished=left,
+        end_s=now_s,
     )

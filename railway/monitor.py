@@ -120,20 +120,6 @@ class Monitor:
         for row in rows:
             self._extend(row, "collision", time_s, 0.0)
 
-    def note_stalled(self, rows: IntArray, time_s: float) -> None:
-        """
-        Take note of trains that never reached the end of the line.
-
-        Parameters
-        ----------
-        rows
-            The trains. shape (n_stalled,)
-        time_s
-            When the run was given up. [s]
-        """
-        for row in rows.tolist():
-            self._extend(row, "stalled", time_s, 0.0)
-
     def violations(self) -> tuple[Violation, ...]:
         """
         Return what was found.
@@ -294,7 +280,8 @@ class Monitor:
         # The brake holds whoever stands, on any gradient.
         too_strong[after == 0.0] = -np.inf
         too_hard[(before == 0.0) & (after == 0.0)] = -np.inf
-        return np.maximum(too_strong, too_hard)
+        excess: FloatArray = np.maximum(too_strong, too_hard)
+        return excess
 
     def _gravity_over_step_mps2(self, block: StepBlock) -> FloatArray:
         """Return the pull of the gradient at the start, middle and end of each step."""
@@ -340,7 +327,6 @@ class Monitor:
         }.get(kind)
         event = {
             "collision": "collided",
-            "stalled": "never reached the end of the line",
             "points": f"entered points {excess:.1f} s or more before they could lie for it",
             "lock": f"was {excess:.1f} m inside points when they were thrown",
             "crossing": f"entered a level crossing {excess:.1f} s before it could be closed",

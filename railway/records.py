@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from railway.arrays import BoolArray, FloatArray, IntArray
 from railway.obstructions import Obstruction
 from railway.world import World
@@ -28,13 +30,28 @@ CALLS = (
     Column("booked_departure_s", "float64", "s", "booked departure, seconds after midnight"),
     Column("arrival_s", "float64", "s", "actual arrival; empty if never reached"),
     Column("departure_s", "float64", "s", "actual departure (first movement); empty if never"),
-    Column("arrival_delay_s", "float64", "s", "actual minus booked arrival; early is negative"),
-    Column("departure_delay_s", "float64", "s", "actual minus booked departure"),
+    Column(
+        "arrival_delay_s",
+        "float64",
+        "s",
+        "actual minus booked arrival; early is negative; if never reached, at least until the end",
+    ),
+    Column(
+        "departure_delay_s",
+        "float64",
+        "s",
+        "actual minus booked departure; if never, at least until the end of the run",
+    ),
     Column("minimum_dwell_s", "float64", "s", "minimum dwell"),
     Column("dwell_delay_s", "float64", "s", "injected dwell beyond the minimum"),
     Column("primary_delay_s", "float64", "s", "injected dwell beyond the booked slack"),
     Column("unhindered_arrival_s", "float64", "s", "arrival were no other train on the line"),
-    Column("secondary_delay_s", "float64", "s", "lateness at arrival beyond the unhindered"),
+    Column(
+        "secondary_delay_s",
+        "float64",
+        "s",
+        "lateness at arrival beyond the unhindered; if never reached, at least until the end",
+    ),
     Column("stop_error_m", "float64", "m", "front minus stop position while standing"),
 )
 TRAJECTORY = (
@@ -83,7 +100,7 @@ ENERGY = (
     Column(
         "jerk_mps3", "float64", "m/s3", "change of acceleration, root mean square while running"
     ),
-    Column("completed", "bool", "", "left at the end of the line"),
+    Column("completed", "bool", "", "left where its service ends"),
 )
 VIOLATIONS = (
     Column("time_s", "float64", "s", "seconds after midnight"),
@@ -93,9 +110,21 @@ VIOLATIONS = (
         "str",
         "",
         "authority, spacing, block, band, fouling, obstruction, points, crossing, stop, limit, "
-        "acceleration, collision or stalled",
+        "acceleration or collision",
     ),
     Column("excess", "float64", "m, m/s, m/s2 or s", "by how much the bound was passed"),
+    Column("message", "str", "", "the same in a sentence"),
+)
+UNFINISHED = (
+    Column("train", "str", "", "train number"),
+    Column(
+        "cause",
+        "str",
+        "",
+        "stalled, train_ahead, obstruction, dwelling, running, standing or never_entered",
+    ),
+    Column("by", "str", "", "train, obstruction or station that held it; empty if nothing did"),
+    Column("front_m", "float64", "m", "chainage of the front when the run ended"),
     Column("message", "str", "", "the same in a sentence"),
 )
 OBSTRUCTIONS = (
@@ -115,6 +144,7 @@ RAW_TABLES: Mapping[str, tuple[Column, ...]] = {
     "energy": ENERGY,
     "violations": VIOLATIONS,
     "obstructions": OBSTRUCTIONS,
+    "unfinished": UNFINISHED,
 }
 
 
@@ -126,6 +156,18 @@ class Violation(NamedTuple):
     kind: str
     excess: float
     message: str
+
+
+class Unfinished(NamedTuple):
+    """A train that had not finished when the run ended; no violation."""
+
+    row: int
+    cause: str
+    """stalled, train_ahead, obstruction, dwelling, running, standing or never_entered."""
+    by: str
+    """The train, obstruction or station that held it; empty where nothing did."""
+    front_m: float
+    sentence: str
 
 
 class Trajectory(NamedTuple):
@@ -201,8 +243,12 @@ class RunRecord:
     obstructions: tuple[Obstruction, ...]
     """What was in the way beside the track."""
     completed: BoolArray
-    """The train left at the end of the line. shape (n_trains,)"""
+    """The train left where its service ends. shape (n_trains,)"""
     train_steps: int
     """Steps in which a train was on the line, summed over trains."""
     failure: str = ""
     """What ended the run after violations, in a sentence; empty if it came to its end."""
+    unfinished: tuple[Unfinished, ...] = ()
+    """Trains that were still under way, or had not entered, when the run ended."""
+    end_s: float = np.nan
+    """When the run ended; not a number where nobody knows. [s]"""

@@ -29,6 +29,7 @@ TABLES = {
     "obstructions.csv",
     "run.json",
     "trajectory.parquet",
+    "unfinished.csv",
     "violations.csv",
 }
 SUMMARY_COLUMNS = {

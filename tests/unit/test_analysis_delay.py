@@ -1,5 +1,7 @@
 """Delays, intervals and stops of cases small enough to be worked by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,11 +9,13 @@ import pytest
 from analysis.delay import (
     primary_delay_s,
     propagation,
+    secondary_delay_s,
     technical_run_times_s,
     unhindered_arrivals_s,
 )
 from analysis.headway import departure_arrival_intervals
 from analysis.interstation import stop_totals
+from analysis.summary import summary_frame
 from analysis.tables import RunTables, run_tables
 from railway.run_curve import fastest_run
 from tests.records import (
@@ -114,14 +118,55 @@ def test_the_line_is_disturbed_from_its_first_to_its_last_event_over_a_minute_la
     assert propagation(calls).recovery_time_s == 269.0
 
 
+def unfinished_follower(end_s: float) -> RunTables:
+    """T2 comes 40 s late to ``mid``, booked at 250 s, and nowhere else before the run ends."""
+    world = three_station_world(trains=2)
+    arrival_s, departure_s = punctual(world)
+    arrival_s[1, 1] += 40.0
+    arrival_s[1, 2] = departure_s[1, 1] = departure_s[1, 2] = np.nan
+    record = replace(make_record(world, arrival_s, departure_s), end_s=READY_S + end_s)
+    return run_tables(record, run_times_s(world, 100.0, 120.0))
+
+
+def test_a_call_not_reached_is_late_at_least_until_the_end_of_the_run() -> None:
+    # Booked: mid at 250 s to 280 s, east at 400 s to 430 s; unhindered it is on time.
+    calls = unfinished_follower(1000.0).calls.tail(2)
+    assert calls["arrival_s"].isna().tolist() == [False, True]
+    assert calls["arrival_delay_s"].tolist() == [40.0, 600.0]
+    assert calls["departure_delay_s"].tolist() == [720.0, 570.0]
+    assert calls["secondary_delay_s"].tolist() == [40.0, 600.0]
+
+
+def test_no_indicator_is_lower_because_a_train_never_arrived() -> None:
+    row = summary_frame([unfinished_follower(1000.0)]).iloc[0]
+    assert row["mean_arrival_delay_s"] == (0.0 + 0.0 + 40.0 + 600.0) / 4.0
+    assert row["final_arrival_delay_s"] == 300.0
+    assert row["secondary_delay_s"] == 600.0
+    assert row["trains_affected"] == 1
+    # All that is late by a minute is so until the end.
+    assert row["recovery_time_s"] == 0.0
+
+
+def test_a_call_that_was_not_due_when_the_run_ended_is_not_late() -> None:
+    calls = unfinished_follower(300.0).calls.tail(2)
+    assert np.isnan(calls["arrival_delay_s"].tolist()[1])
+    assert np.isnan(calls["secondary_delay_s"].tolist()[1])
+
+
+def test_a_train_that_would_not_be_there_alone_either_owes_nothing_to_others() -> None:
+    never, booked_s = np.array([np.nan]), np.array([100.0])
+    # Alone it would come 5000 s late, or 150 s, and the run ends 800 s after its booking.
+    assert secondary_delay_s(never, np.array([5100.0]), booked_s, 900.0).tolist() == [0.0]
+    assert secondary_delay_s(never, np.array([250.0]), booked_s, 900.0).tolist() == [650.0]
+
+
 def test_a_train_that_never_arrives_counts_up_to_its_last_call() -> None:
     world = three_station_world(trains=2)
     arrival_s, departure_s = punctual(world)
     arrival_s[1, 1] += 40.0
     arrival_s[1, 2] = departure_s[1, 1] = departure_s[1, 2] = np.nan
-    tables = run_tables(
-        make_record(world, arrival_s, departure_s), run_times_s(world, 100.0, 120.0)
-    )
+    record = make_record(world, arrival_s, departure_s)
+    tables = run_tables(record, run_times_s(world, 100.0, 120.0))
     assert np.isnan(tables.calls["secondary_delay_s"].iloc[-1])
     assert propagation(tables.calls).secondary_delay_s == 40.0
     assert tables.energy["completed"].tolist() == [True, False]

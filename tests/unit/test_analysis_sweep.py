@@ -25,6 +25,7 @@ from analysis.sweep import (
 )
 from analysis.tables import RunTables, run_tables, write_run
 from railway.arrays import FloatArray
+from railway.records import Unfinished, Violation
 from railway.scenario import Published, Scenario, Sweep
 from tests.records import READY_S, make_record, punctual, run_times_s, three_station_world
 from tests.worlds import make_scenario
@@ -262,9 +263,11 @@ def test_the_report_names_the_delay_of_a_run_that_is_not_safe(tmp_path: Path) ->
     world = three_station_world(trains=3)
     arrival_s, departure_s = punctual(world)
     arrival_s[2, 2] = departure_s[2, 2] = np.nan
-    stalled = run_tables(
-        make_record(world, arrival_s, departure_s), run_times_s(world, 90.0, 110.0)
-    )
-    publish_all(tmp_path, [stalled, swept_run(10.0)])
+    overrun = Violation(READY_S, 2, "authority", 1.0, "T3 overran")
+    late = Unfinished(2, "running", "", 2000.0, "T3 was still running at km 2.000")
+    record = make_record(world, arrival_s, departure_s, violations=(overrun,))
+    unsafe = run_tables(replace(record, unfinished=(late,)), run_times_s(world, 90.0, 110.0))
+    publish_all(tmp_path, [unsafe, swept_run(10.0)])
     report = (tmp_path / "report.md").read_text("utf-8")
-    assert "**close_up, seed 1, initial delay 0.0 s: " in report
+    assert "**close_up, seed 1, initial delay 0.0 s: 1 violations of safety" in report
+    assert "- close_up, seed 1, initial delay 0.0 s: T3 was still running at km 2.000" in report

@@ -1,5 +1,6 @@
 """Tables: declared columns and types, bytes that can be reproduced, a folder read back."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,7 @@ from analysis.schema import csv_text, read_csv, typed_frame
 from analysis.summary import SUMMARY, summary_frame
 from analysis.tables import REASONS, RunTables, run_tables, write_run
 from railway.obstructions import Cause, Obstruction
-from railway.records import RAW_TABLES, Column, Violation
+from railway.records import RAW_TABLES, Column, Unfinished, Violation
 from railway.scenario import Scenario
 from railway.state import Reason
 from tests.records import (
@@ -322,8 +323,13 @@ def test_a_report_warns_of_trains_that_never_arrived(tmp_path: Path) -> None:
     arrival_s, departure_s = punctual(world)
     arrival_s[1, 2] = departure_s[1, 2] = np.nan
     record = make_record(world, arrival_s, departure_s)
+    told = Unfinished(1, "running", "", 2000.0, "T2 was still running at km 2.000")
+    record = replace(record, unfinished=(told,))
     publish_all(tmp_path, [run_tables(record, run_times_s(world, 90.0, 110.0))])
-    assert "1 of 2 trains completed" in (tmp_path / "report.md").read_text()
+    report = (tmp_path / "report.md").read_text()
+    assert "Every train finished" not in report
+    assert "## 1 train had not finished when patience_min = 30 ended the run" in report
+    assert "- close_up, seed 1: T2 was still running at km 2.000" in report
 
 
 @pytest.mark.parametrize(

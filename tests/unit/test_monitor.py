@@ -319,25 +319,13 @@ def test_a_train_on_a_crossing_that_is_still_open_is_named(closing_s: float) -> 
     assert late == ([(0, "crossing"), (1, "crossing")] if closing_s > 40.0 else [])
 
 
-def test_a_train_that_never_arrives_is_named() -> None:
-    scenario, _, honest = two_trains()
-    scenario = replace(scenario, patience_s=300.0)
-    protection = Altered(honest.protection, sees_leaders=False, blind_m=700.0)
-    record, _ = run(scenario, controller=replace(honest, protection=protection))
-    assert kinds(record) >= {("stalled", "T1"), ("stalled", "T2")}
-    assert not record.completed.any()
-    stalled = [v for v in record.violations if v.kind == "stalled"]
-    # The last booked departure is 240 s after the first train stands ready.
-    assert stalled[0].time_s == pytest.approx(25_200.0 + 240.0 + 300.0, abs=1.0)
-
-
-def test_only_the_train_that_is_held_up_is_stalled() -> None:
+def test_a_train_that_never_arrives_breaks_no_rule_of_safety() -> None:
     scenario, _, controller = two_trains()
     scenario = replace(scenario, patience_s=300.0)
     delay_s = np.zeros((2, 2))
     delay_s[1, 0] = 5000.0
     record, _ = run(scenario, controller=controller, delay_s=delay_s)
-    assert kinds(record) == {("stalled", "T2")}
+    assert record.violations == ()
     assert record.completed.tolist() == [True, False]
 
 

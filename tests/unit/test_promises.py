@@ -186,9 +186,6 @@ class Brusque:
         speed_mps = np.where(brakes, np.minimum(braked_mps, command.speed_mps), command.speed_mps)
         return command._replace(speed_mps=speed_mps)
 
-    def reason(self, command: Command, advice: Advice) -> IntArray:
-        return self.honest.reason(command, advice)
-
 
 @pytest.mark.parametrize("brake_mps2", [1.0, 1.2])
 def test_who_brakes_harder_than_the_service_brake_without_need_is_named(brake_mps2: float) -> None:

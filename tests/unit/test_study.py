@@ -108,15 +108,24 @@ def test_an_unsafe_protection_ends_with_status_3_and_all_results(
     assert "**second, seed 7: " in report
 
 
-def test_trains_that_never_get_through_are_a_violation(tmp_path: Path) -> None:
+def test_trains_that_never_get_through_have_a_heading_of_their_own(tmp_path: Path) -> None:
     folder = write_scenario(tmp_path / "small")
     replace(folder, "scenario.toml", "patience_min = 10.0", "patience_min = 0.0")
     replace(folder, "scenario.toml", "[[overstays]]", LONG_OVERSTAY)
     screen = kankaku(folder, "--out", tmp_path / "out")
-    assert screen.status == run.EXIT_VIOLATION
+    assert screen.status == 0
+    heading = "3 trains had not finished when patience_min = 0 ended the run"
+    assert heading in screen.complaints
+    assert "safety violations" not in screen.complaints
+    assert "plain (seed 7): A1 still stood at 'last': its stop was not over" in screen.complaints
     read = read_results(tmp_path / "out" / "small")
-    assert read.summary["trains_completed"].item() < 3
-    assert set(read.run("plain").violations["kind"]) == {"stalled"}
+    assert read.summary["trains_completed"].item() == 0
+    assert read.summary["violations"].item() == 0
+    assert read.run("plain").unfinished["train"].tolist() == ["A1", "B2", "C3"]
+    assert read.run("plain").unfinished["by"].tolist() == ["last", "A1", "B2"]
+    report = (tmp_path / "out" / "small" / "report.md").read_text("utf-8")
+    assert f"## {heading}" in report
+    assert "- plain, seed 7: A1 still stood at 'last': its stop was not over" in report
 
 
 class Interrupting:

@@ -6,6 +6,7 @@ import pytest
 from railway.engine import Observation
 from railway.tracker import Tracker
 from railway.world import World
+from tests.ends_of_ways import short_turn_scenario
 from tests.property.runs import run
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 
@@ -43,6 +44,23 @@ def test_a_call_is_over_when_the_stop_is_released_and_departed_at_the_first_move
     assert state.events.departed == (0,)
     assert tracker.departure_s[0, 0] == READY_S + 30.5
     assert tracker.update(observation(world, READY_S + 31.5, [300.4], [0.9])).events.departed == ()
+
+
+def test_a_train_that_ends_at_a_stop_departs_and_leaves_at_once() -> None:
+    world = world_of(short_turn_scenario(2))
+    tracker = Tracker(world)
+    here_m, still_mps = [300.0, 1500.0], [0.0, 0.0]
+    at_s = [READY_S, READY_S + 30.0, READY_S + 95.0, READY_S + 130.0]
+    tracker.update(observation(world, at_s[0], here_m, still_mps, entered=(1,), stopped=(1,)))
+    tracker.update(observation(world, at_s[1], here_m, still_mps, released=(1,)))
+    tracker.update(observation(world, at_s[2], here_m, still_mps, stopped=(1,)))
+    ended = observation(world, at_s[3], here_m, still_mps, released=(1,), left=(1,))
+    state = tracker.update(ended)
+    assert not state.present[1]
+    assert not state.running[1]
+    assert (state.events.departed, state.events.left) == ((1,), (1,))
+    assert tracker.departure_s[1, 1] == READY_S + 130.0
+    assert tracker.completed.tolist() == [False, True]
 
 
 def test_a_stop_is_recorded_with_its_time_and_place() -> None:
