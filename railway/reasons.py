@@ -5,7 +5,7 @@ import numpy as np
 from railway.arrays import BoolArray, IntArray
 from railway.compiled import compiled
 from railway.control import Bound, Command, Controller
-from railway.state import NO_REASON, NOTHING, Advice, Authority, LineState, Reason
+from railway.state import NO_REASON, NOTHING, Advice, Authority, LineState, Reason, beside
 
 # Plain numbers, as compiled functions want them.
 CEILING, ADVICE, LIMIT = int(Bound.CEILING), int(Bound.ADVICE), int(Bound.LIMIT)
@@ -26,7 +26,7 @@ REASON_OF_BOUND = _reasons_by_bound()
 
 
 class ReasonError(ValueError):
-    """An operation that does not say why it lowers a speed, or in no word of its own."""
+    """A layer that does not say why it lowers a speed, or names what is not there."""
 
 
 class Reasons:
@@ -39,6 +39,8 @@ class Reasons:
         The layers.
     size
         Number of trains. [-]
+    places
+        Number of places beside the track. [-]
 
     Raises
     ------
@@ -46,11 +48,13 @@ class Reasons:
         If the operation declares no words, or words that are no plain identifiers.
     """
 
-    def __init__(self, controller: Controller, size: int) -> None:
+    def __init__(self, controller: Controller, size: int, places: int = 0) -> None:
         kind = type(controller.operation).__name__
         self._operation = f"operation {kind} of controller {controller.name}"
         self.words = self._declared(getattr(controller.operation, "reasons", None))
         """The operation's own words."""
+        self._controller = controller.name
+        self._causes = beside(places - 1), size - 1
         self._nothing = np.full(size, NOTHING, dtype=np.intp)
 
     def _declared(self, words: object) -> tuple[str, ...]:
@@ -118,14 +122,24 @@ class Reasons:
             A :class:`~railway.state.Reason`, the number of the operation's word under
             ``Reason.PLAN``, else ``NO_REASON``, and what is behind it: a train, a place or
             ``NOTHING``. shape (3, n_trains)
+
+        Raises
+        ------
+        ReasonError
+            If what is named is neither a train nor a place beside the track.
         """
-        return _explain(
+        found = _explain(
             state.running,
             command.bound,
             (authority.limit_by, authority.ceiling_by),
             (advice.reason, self._nothing if advice.cause is None else advice.cause),
             REASON_OF_BOUND,
         )
+        least, most = self._causes
+        if found[2].min() < least or found[2].max() > most:
+            msg = f"controller {self._controller} names causes that are no train and no place"
+            raise ReasonError(msg)
+        return found
 
 
 @compiled

@@ -68,7 +68,7 @@ class Recorder:
         examiners: Sequence[Examiner],
         places: tuple[str, ...] = (),
     ) -> None:
-        self._reasons = Reasons(controller, world.size)
+        self._reasons = Reasons(controller, world.size, len(places))
         self._places = places
         self._examiners = examiners
         shape = (BLOCK_STEPS + 1, world.size)

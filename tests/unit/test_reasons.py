@@ -279,6 +279,18 @@ class Strolling:
         return Advice(np.full(size, 2.0), np.full(size, reason)), memory
 
 
+class Saying(Strolling):
+    """Says the same in every step."""
+
+    def __init__(self, advice: Advice) -> None:
+        super().__init__(0)
+        self._advice = advice
+
+    def advise(self, state: LineState, authority: Authority, memory: None) -> tuple[Advice, None]:
+        del state, authority
+        return self._advice, memory
+
+
 def strolling(operation: Strolling) -> tuple[Scenario, Controller]:
     scenario = two_station_scenario(1)
     honest = build(CONTROLLERS["moving block"], world_of(scenario))
@@ -310,3 +322,11 @@ def test_words_that_are_none_are_refused_before_the_first_step(reasons: Any) -> 
     scenario, controller = strolling(Strolling(0, reasons))
     with pytest.raises(ReasonError, match="operation Strolling of controller walkers declares"):
         run(scenario, controller=controller)
+
+
+@pytest.mark.parametrize("cause", [1, -2])
+def test_a_cause_that_is_not_on_the_line_is_refused(cause: int) -> None:
+    scenario, controller = strolling(Strolling(0))
+    told = Advice(np.array([2.0]), np.array([0]), np.array([cause]))
+    with pytest.raises(ReasonError, match="controller walkers names causes"):
+        run(scenario, controller=replace(controller, operation=Saying(told)))
