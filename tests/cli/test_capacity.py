@@ -6,7 +6,11 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from tests.cli.command import Screen, contents, kankaku, refused, two_controllers
+import controllers
+from controllers import Layer
+from controllers.protection.moving_block import MovingBlock, MovingBlockOptions
+from railway.arrays import FloatArray
+from tests.cli.command import FAILED, Screen, contents, kankaku, refused, two_controllers
 from tests.unit.scenario_folder import replace
 
 FILES = {
@@ -178,3 +182,30 @@ def test_a_train_alone_on_its_line_has_a_headway_and_no_occupation(place: Path) 
     assert row["headway_s"] > 0.0
     assert (row["busiest_trains"], row["pattern_trains"]) == (1, 1)
     assert pd.isna(row["occupation_percent"])
+
+
+class Blank(MovingBlock):
+    """Cannot say beforehand what it will permit."""
+
+    def limit_behind_m(self, *_: object) -> FloatArray:
+        msg = "cannot say"
+        raise ValueError(msg)
+
+
+def test_a_controller_that_cannot_be_assessed_costs_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    layer = Layer(Blank, MovingBlockOptions, "cannot say")
+    monkeypatch.setitem(controllers.PROTECTIONS, "blank", layer)
+    folder = two_controllers(tmp_path / "small", protection="blank")
+    command = ("capacity", folder, "--out", tmp_path / "out", "--jobs", "1", "--simulate", "none")
+    screen = kankaku(*command)
+    assert screen.status == FAILED
+    assert "second: ValueError: cannot say" in screen.complaints
+    assert "Traceback" not in screen.complaints
+    results = tmp_path / "out" / "small_capacity"
+    assert set(pd.read_csv(results / "headways.csv")["controller"]) == {"plain"}
+    assert "limit_behind_m" in (results / "failures" / "second.txt").read_text("utf-8")
+    alone = kankaku(*command, "--controller", "second")
+    assert alone.status == FAILED
+    assert not alone.answers
