@@ -45,12 +45,11 @@ from screen import (
     show_table,
     show_warnings,
 )
+from study import MOST_SEEDS, SEED_MAX, STEP_RANGE_S
 
 __all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "EXIT_VIOLATION", "app", "end_as_by_ctrl_c"]
 
 EXIT_VIOLATION = 3
-STEP_RANGE_S = (0.01, 0.5)
-SEED_MAX = 2**63 - 1
 COMPARE = "compare"
 """The command that need not be named."""
 OTHERS = """Other commands: python run.py capacity {scenario} tells how close trains can follow
@@ -123,7 +122,8 @@ def _toml(value: object) -> str:
 
 def _whole_milliseconds(step_s: float | None) -> float | None:
     # SUMO counts whole milliseconds; with any other step the two clocks drift apart.
-    if step_s is not None and abs(1000.0 * step_s - round(1000.0 * step_s)) > 1e-9:
+    # A step that is not a number is within every range.
+    if step_s is not None and not abs(1000.0 * step_s % 1.0 - 0.5) > 0.5 - 1e-9:
         msg = f"{step_s:g} s is not a whole number of milliseconds; allowed: 0.01, 0.125, 0.5, ..."
         raise typer.BadParameter(msg)
     return step_s
@@ -163,7 +163,9 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument per option of the command 
     seed: Annotated[
         int | None, typer.Option(min=0, max=SEED_MAX, help="Seed of the dwell delays.")
     ] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Run this many seeds, counting up.")] = 1,
+    seeds: Annotated[
+        int, typer.Option(min=1, max=MOST_SEEDS, help="Run this many seeds, counting up.")
+    ] = 1,
     step: Step = None,
     jobs: Jobs = PROCESSORS,
     out: Out = OUT,
@@ -224,7 +226,7 @@ def show_capacity(
         answers.print(escape(note))
     header, rows = capacity_texts(found.capacity, names)
     show_side_by_side(header, rows, kept=1, shown=SIDE_BY_SIDE)
-    answers.print(f"Results: {found.folder}", soft_wrap=True)
+    answers.print(f"Results: {found.folder}", soft_wrap=True, markup=False)
 
 
 @app.command("faults")
@@ -258,7 +260,7 @@ def show_faults(  # noqa: PLR0913, PLR0917 - one argument per option of the comm
     for row in rows:
         shown_table.add_row(*map(escape, row))
     answers.print(shown_table)
-    answers.print(f"Results: {found.tables.folder}", soft_wrap=True)
+    answers.print(f"Results: {found.tables.folder}", soft_wrap=True, markup=False)
     if found.interrupted:
         again = "without --fresh " if fresh else ""
         told = f"Interrupted: what was finished is kept; the same command {again}continues."
@@ -311,7 +313,7 @@ def show_radio(
     if found.run.scenario_digest != chosen.scenario.digest:
         told = f"{escape(str(place))}: of a scenario that has been changed since."
         answers.print(told, soft_wrap=True)
-    answers.print(f"Results: {found.folder}", soft_wrap=True)
+    answers.print(f"Results: {found.folder}", soft_wrap=True, markup=False)
 
 
 def _radio_table(found: RadioTables, system: str) -> list[list[str]]:
@@ -349,7 +351,7 @@ def show_availability(
     if found.tree:
         header, rows = fault_tree_texts(found.tree)
         show_table(header, *rows)
-    answers.print(f"Results: {found.folder}", soft_wrap=True)
+    answers.print(f"Results: {found.folder}", soft_wrap=True, markup=False)
 
 
 def _chosen(scenario: Path, **choices: Any) -> study.Study:  # noqa: ANN401 - as of study.choose
@@ -392,7 +394,7 @@ def _report(result: study.StudyResult) -> None:
             if header[2:]:
                 answers.print(f"In brackets: change against {escape(header[1])}")
             show_side_by_side(header, rows, kept=2, shown=SIDE_BY_SIDE - 1)
-        answers.print(f"Results: {result.folder}", soft_wrap=True)
+        answers.print(f"Results: {result.folder}", soft_wrap=True, markup=False)
     if result.violations:
         console.print(f"[bold red]{len(result.violations)} safety violations[/]")
         list_sentences(result.violations)

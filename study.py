@@ -40,6 +40,11 @@ from sumo_net.engine import SumoEngine
 from sumo_net.native import NativeEngine, PeerError
 from workers import performed
 
+STEP_RANGE_S = (0.01, 0.5)
+SEED_MAX = 2**63 - 1
+MOST_SEEDS = 100_000
+MOST_JOBS = 10_000
+
 
 class StudyError(ValueError):
     """What of a scenario cannot be run: the option or the run, and what is wrong."""
@@ -332,6 +337,20 @@ def _expected_span_s(scenario: Scenario) -> tuple[float, float]:
     return min(call.arrival_s for call in calls), max(call.departure_s for call in calls)
 
 
+def _refuse_numbers(seed: int | None, seeds: int, step_s: float | None, jobs: int) -> None:
+    least_s, most_s = STEP_RANGE_S
+    for option, value, least, most in (
+        ("--seed", 0 if seed is None else seed, 0, SEED_MAX),
+        ("--seeds", seeds, 1, MOST_SEEDS),
+        ("--step", least_s if step_s is None else step_s, least_s, most_s),
+        ("--jobs", jobs, 1, MOST_JOBS),
+    ):
+        # Also what is not a number at all.
+        if not least <= value <= most:
+            msg = f"{option}: {value}; allowed: from {least} to {most}"
+            raise StudyError(msg)
+
+
 def choose(  # noqa: PLR0913 - one argument per choice of the user
     folder: Path,
     *,
@@ -377,8 +396,9 @@ def choose(  # noqa: PLR0913 - one argument per choice of the user
     ControllerError
         If a name is not a controller of the scenario.
     StudyError
-        If a sweep is to run with several seeds.
+        If a sweep is to run with several seeds, or a number is out of range.
     """
+    _refuse_numbers(seed, seeds, step_s, jobs)
     scenario = load(folder)
     known = {spec.name: spec for spec in scenario.controllers}
     for name in names:
@@ -388,6 +408,9 @@ def choose(  # noqa: PLR0913 - one argument per choice of the user
                 where="--controller", problem=problem, allowed=", ".join(known)
             )
     first = scenario.seed if seed is None else seed
+    if first + seeds - 1 > SEED_MAX:
+        msg = f"--seeds: {seeds} from seed {first} on; allowed: up to seed {SEED_MAX}"
+        raise StudyError(msg)
     return Study(
         scenario,
         tuple(known[name] for name in dict.fromkeys(names))

@@ -1,5 +1,6 @@
 """A short report in Markdown: what was run, what came out, and why trains were slow."""
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -19,6 +20,7 @@ REASON_TEXTS: Mapping[str, str] = {
     "station_stop": "braking for its own stop",
     "peer": "driven by the peer",
 }
+_OWN_TO_MARKDOWN = re.compile(r"[\\`*\[\]<>|$~@&#!]|(?<![^\W_])_|_(?![^\W_])")
 # Wall times stay in provenance.json, so that the report can be reproduced.
 FACTS: Mapping[str, str] = {
     "scenario": "scenario",
@@ -47,6 +49,23 @@ def reason_shares(trajectory: pd.DataFrame) -> pd.Series:
         [reason for reason in REASONS if reason != DWELLING], fill_value=0
     )
     return counts / max(int(counts.sum()), 1)
+
+
+def markdown(text: str) -> str:
+    """
+    Return a text of the files as Markdown shows it unchanged.
+
+    Parameters
+    ----------
+    text
+        For example the title of a scenario.
+
+    Returns
+    -------
+    str
+        The same, with a backslash before what Markdown would take for its own.
+    """
+    return _OWN_TO_MARKDOWN.sub(r"\\\g<0>", text)
 
 
 def report_text(
@@ -82,7 +101,7 @@ def report_text(
         Markdown.
     """
     sections = (
-        [f"# {title}"],
+        [f"# {markdown(title)}"],
         _what_was_run(summary, provenance),
         [*_safety(summary, swept=swept is not None), *_peers(provenance)],
         _swept(swept) if swept else _compared(summary),
@@ -142,7 +161,7 @@ def _swept(swept: SweepTables) -> list[str]:
         f"from {delays_s.min():g} s to {delays_s.max():g} s, one run each. The interval runs from "
         "its departure to the arrival of the next train at the same platform track."
     )
-    source = ["", f"Published: {swept.published.source}."] if swept.published else []
+    source = ["", f"Published: {markdown(swept.published.source)}."] if swept.published else []
     return ["## Intervals", "", told, "", *_table(*sweep_texts(swept.indicators)), *source]
 
 
