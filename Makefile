@@ -5,7 +5,7 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds steps limits reserve losses readme clean
+.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds steps limits reserve losses fuzz readme clean
 
 rush-hour: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour
@@ -77,6 +77,10 @@ reserve: $(READY)
 # What lost telegrams cost under the control map and under the moving block by radio.
 losses: $(READY)
 	$(BIN)/python -m tools.losses
+
+# Harmed scenario folders by the thousand: no traceback, no hang, no unsafe run.
+fuzz: $(READY)
+	$(BIN)/python -m tools.fuzz
 
 # Writes the result tables of README.md from out/.
 readme: $(READY)

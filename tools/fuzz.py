@@ -97,8 +97,10 @@ class Plan:
                 (folder / name).write_text(text, encoding="utf-8")
         else:
             folder = place / SHIPPED[int(random.integers(len(SHIPPED)))]
-            for name in {folder.name, *BESIDE}:
-                shutil.copytree(PROJECT / "scenarios" / name, place / name)
+            shutil.copytree(PROJECT / "scenarios" / folder.name, folder)
+            for name in BESIDE:
+                if name != folder.name:
+                    (place / name).symlink_to(PROJECT / "scenarios" / name)
         done = [mutate(folder, random) for _ in range(int(random.integers(1, 4)))]
         (place / "harm.txt").write_text("\n".join(done), encoding="utf-8")
         return folder
@@ -173,9 +175,8 @@ def _is_small(scenario: Scenario) -> bool:
 
 
 def _run(scenario: Scenario, out: Path) -> Answer:
-    spec = next(
-        spec for spec in scenario.controllers if spec.peer is None or len(scenario.controllers) == 1
-    )
+    own = [spec for spec in scenario.controllers if spec.peer is None]
+    spec = (own or scenario.controllers)[0]
     sweep = scenario.sweep
     if sweep:
         scenario = replace(scenario, sweep=replace(sweep, delays_s=sweep.delays_s[:1]))

@@ -1,5 +1,7 @@
 """Small lines with a few trains, drawn at random, as files of a scenario."""
 
+from itertools import pairwise
+
 import numpy as np
 
 _STOCK = """\
@@ -63,8 +65,8 @@ def small_line(random: np.random.Generator) -> dict[str, str]:
     """
     stations = int(random.integers(2, 6))
     length_m = float(random.integers(2, 16)) * 10.0
-    at_km = np.round(np.cumsum(random.uniform(0.5, 2.5, stations)), 3)
-    end_km = round(float(at_km[-1]) + 0.3, 3)
+    at_km = [round(float(km), 3) for km in np.cumsum(random.uniform(0.5, 2.5, stations))]
+    end_km = round(at_km[-1] + 0.3, 3)
     names = [f"s{number}" for number in range(stations)]
     tables: dict[str, list[list[object]]] = {
         "stations.csv": [["id", "name", "name_local", "chainage_km", "lon_deg", "lat_deg"]],
@@ -75,7 +77,7 @@ def small_line(random: np.random.Generator) -> dict[str, str]:
         "calls.csv": [["train", "station", "track", "arrival", "departure"]],
         "dwell_quantiles.csv": [["level", "delay_s"], [0.0, 0], [0.5, 5], [1.0, 40]],
     }
-    for name, km in zip(names, at_km.tolist(), strict=True):
+    for name, km in zip(names, at_km, strict=True):
         tables["stations.csv"].append([name, name.upper(), "\u99c5", km, 139.0 + 0.01 * km, 35.0])
         start_km = round(km - 0.001 * length_m - 0.02, 3)
         tables["platforms.csv"].append([name, "t1", start_km, round(km + 0.02, 3), km])
@@ -109,15 +111,15 @@ def small_line(random: np.random.Generator) -> dict[str, str]:
 def _add_trains(
     tables: dict[str, list[list[object]]],
     names: list[str],
-    at_km: np.ndarray[tuple[int], np.dtype[np.float64]],
+    at_km: list[float],
     random: np.random.Generator,
 ) -> None:
     headway_s = int(random.integers(120, 400))
     for number in range(int(random.integers(1, 5))):
         train, time_s = f"n{number}", 25200 + number * headway_s
         tables["services.csv"].append([train, "unit"])
-        before_km = float(at_km[0])
-        for name, km in zip(names, at_km.tolist(), strict=True):
+        before_km = at_km[0]
+        for name, km in zip(names, at_km, strict=True):
             time_s += int(1000.0 * (km - before_km) / 9.0) + 40 * (km > before_km)
             tables["calls.csv"].append([train, name, "t1", _clock(time_s), _clock(time_s + 30)])
             time_s, before_km = time_s + 30, km
@@ -132,12 +134,9 @@ def _add_ground(
     ):
         if random.random() < 0.5:
             edges = np.unique(np.round(random.uniform(0.0, end_km, 4), 3)).tolist()
-            rows = [[*pair, int(random.integers(low, high))] for pair in _pairs(edges)]
-            tables[file] = [["start_km", "end_km", column], *rows]
-
-
-def _pairs(edges: list[float]) -> list[tuple[float, float]]:
-    return list(zip(edges[:-1], edges[1:], strict=True))
+            tables[file] = [["start_km", "end_km", column]]
+            for start_km, end in pairwise(edges):
+                tables[file].append([start_km, end, int(random.integers(low, high))])
 
 
 def _clock(time_s: int) -> str:
