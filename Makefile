@@ -5,7 +5,7 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds steps limits reserve losses kills mutants readme clean
+.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds steps limits reserve losses fuzz kills mutants readme clean
 
 # A target makes its results anew: after an edit of the program earlier runs are refused.
 rush-hour: $(READY)
@@ -78,6 +78,10 @@ reserve: $(READY)
 # What lost telegrams cost under the control map and under the moving block by radio.
 losses: $(READY)
 	$(BIN)/python -m tools.losses
+
+# Harmed scenario folders by the thousand: no traceback, no hang, no unsafe run.
+fuzz: $(READY)
+	$(BIN)/python -m tools.fuzz
 
 # Kills studies and their workers at random moments; fails if a finished run is lost.
 kills: $(READY)

@@ -55,6 +55,7 @@ from screen import (
     show_table,
     show_warnings,
 )
+from study import MOST_SEEDS, SEED_MAX, STEP_RANGE_S
 from study_screen import report, run_shown
 
 __all__ = [
@@ -66,8 +67,6 @@ __all__ = [
     "end_as_by_ctrl_c",
 ]
 
-STEP_RANGE_S = (0.01, 0.5)
-SEED_MAX = 2**63 - 1
 COMPARE = "compare"
 """The command that need not be named."""
 OTHERS = """Other commands: python run.py capacity {scenario} tells how close trains can follow
@@ -139,7 +138,8 @@ def _show_listing(listing: Listing) -> None:
 
 def _whole_milliseconds(step_s: float | None) -> float | None:
     # SUMO counts whole milliseconds; with any other step the two clocks drift apart.
-    if step_s is not None and abs(1000.0 * step_s - round(1000.0 * step_s)) > 1e-9:
+    # A step that is not a number is within every range.
+    if step_s is not None and not abs(1000.0 * step_s % 1.0 - 0.5) > 0.5 - 1e-9:
         msg = f"{step_s:g} s is not a whole number of milliseconds; allowed: 0.01, 0.125, 0.5, ..."
         raise typer.BadParameter(msg)
     return step_s
@@ -201,7 +201,9 @@ def compare(  # noqa: PLR0913, PLR0917 - one argument per option of the command 
     seed: Annotated[
         int | None, typer.Option(min=0, max=SEED_MAX, help="Seed of the dwell delays.")
     ] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Run this many seeds, counting up.")] = 1,
+    seeds: Annotated[
+        int, typer.Option(min=1, max=MOST_SEEDS, help="Run this many seeds, counting up.")
+    ] = 1,
     step: Step = None,
     jobs: Jobs = PROCESSORS,
     out: Out = OUT,
@@ -285,7 +287,7 @@ def _show_capacity(tables: CapacityTables, scenario: Scenario) -> None:
     answers.print(escape(pattern_text(tables.capacity)), soft_wrap=True)
     header, rows = capacity_texts(tables.capacity, names)
     show_side_by_side(header, rows, kept=1, shown=SIDE_BY_SIDE)
-    answers.print(f"Results: {tables.folder}", soft_wrap=True)
+    answers.print(f"Results: {tables.folder}", soft_wrap=True, markup=False)
 
 
 def _end_with(failures: list[str]) -> None:
@@ -327,7 +329,7 @@ def show_faults(  # noqa: PLR0913, PLR0917 - one argument per option of the comm
     for row in rows:
         shown_table.add_row(*map(escape, row))
     answers.print(shown_table)
-    answers.print(f"Results: {found.tables.folder}", soft_wrap=True)
+    answers.print(f"Results: {found.tables.folder}", soft_wrap=True, markup=False)
     show_group(f"{counted_text(len(found.failures), 'run', 'runs')} failed", found.failures)
     if found.interrupted:
         again = "without --fresh " if fresh else ""
@@ -381,7 +383,7 @@ def _show_radio(tables: RadioTables, scenario: Scenario, place: Path) -> None:
     if tables.run.scenario_digest != scenario.digest:
         told = f"{escape(str(place))}: of a scenario that has been changed since."
         answers.print(told, soft_wrap=True)
-    answers.print(f"Results: {tables.folder}", soft_wrap=True)
+    answers.print(f"Results: {tables.folder}", soft_wrap=True, markup=False)
 
 
 def _radio_table(found: RadioTables, system: str) -> list[list[str]]:
@@ -418,7 +420,7 @@ def _show_availability(tables: DependabilityTables, years: int) -> None:
     if tables.tree:
         header, rows = fault_tree_texts(tables.tree)
         show_table(header, *rows)
-    answers.print(f"Results: {tables.folder}", soft_wrap=True)
+    answers.print(f"Results: {tables.folder}", soft_wrap=True, markup=False)
 
 
 def _chosen(scenario: Path, **choices: Any) -> study.Study:  # noqa: ANN401 - as of study.choose

@@ -1,5 +1,6 @@
 """What every command shows: answers, progress, and complaints that fit on one screen."""
 
+import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -17,7 +18,7 @@ import study
 from analysis import SavedRunError
 from holding import HeldError
 from interrupts import EXIT_INTERRUPTED
-from scenarios import ScenarioError
+from scenarios import ScenarioError, printable
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
@@ -28,10 +29,13 @@ LOG_EVERY_S = 10.0
 """A log file is written to at most so often, but for runs that are finished. [s]"""
 SHOWN_SENTENCES = 10
 """So that the first ones stay on the screen."""
+LONGEST_SENTENCE = 600
+"""Characters; longer ones are cut off. [-]"""
 MAIN_FILE = "scenario.toml"
 
-console = Console(stderr=True)
-answers = Console()
+# A name between colons is no picture.
+console = Console(stderr=True, emoji=False)
+answers = Console(emoji=False)
 
 
 def bars(*columns: ProgressColumn) -> Progress:
@@ -120,7 +124,7 @@ def refusals(scenario: Path, out: Path) -> Iterator[None]:
     out
         Where results go.
     """
-    if not (scenario / MAIN_FILE).is_file():
+    if not os.path.lexists(scenario / MAIN_FILE):
         problem = f"no such folder with a {MAIN_FILE}; allowed: a scenario folder"
         complain(f"{scenario} cannot be used", [f"{scenario}: {problem}"])
     try:
@@ -156,9 +160,15 @@ def complain(title: str, sentences: Sequence[str]) -> NoReturn:
     typer.Exit
         Always.
     """
-    console.print(f"[bold red]{escape(title)}[/]", soft_wrap=True)
+    console.print(f"[bold red]{_harmless(title)}[/]", soft_wrap=True)
     list_sentences(sentences)
     raise typer.Exit(EXIT_BAD_INPUT)
+
+
+def _harmless(text: str) -> str:
+    """Return a short text without markup or anything that moves a cursor."""
+    kept = text if len(text) <= LONGEST_SENTENCE else f"{text[:LONGEST_SENTENCE]}..."
+    return escape(printable(kept))
 
 
 def list_sentences(sentences: Sequence[str]) -> None:
@@ -171,7 +181,7 @@ def list_sentences(sentences: Sequence[str]) -> None:
         To the error stream.
     """
     for sentence in sentences[:SHOWN_SENTENCES]:
-        console.print(f"  {escape(sentence)}", soft_wrap=True)
+        console.print(f"  {_harmless(sentence)}", soft_wrap=True)
     if len(sentences) > SHOWN_SENTENCES:
         console.print(f"  and {len(sentences) - SHOWN_SENTENCES} more")
 

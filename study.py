@@ -56,6 +56,11 @@ __all__ = [
     "world_of",
 ]
 
+STEP_RANGE_S = (0.01, 0.5)
+SEED_MAX = 2**63 - 1
+MOST_SEEDS = 100_000
+MOST_JOBS = 10_000
+
 
 def world_of(scenario: Scenario, step_s: float) -> World:
     """
@@ -229,6 +234,20 @@ def _perform(study: Study, task: Task, progress: Callable[[float], None]) -> Pat
     return place
 
 
+def _refuse_numbers(seed: int | None, seeds: int, step_s: float | None, jobs: int) -> None:
+    least_s, most_s = STEP_RANGE_S
+    for option, value, least, most in (
+        ("--seed", 0 if seed is None else seed, 0, SEED_MAX),
+        ("--seeds", seeds, 1, MOST_SEEDS),
+        ("--step", least_s if step_s is None else step_s, least_s, most_s),
+        ("--jobs", jobs, 1, MOST_JOBS),
+    ):
+        # Also what is not a number at all.
+        if not least <= value <= most:
+            msg = f"{option}: {value}; allowed: from {least} to {most}"
+            raise StudyError(msg)
+
+
 def choose(  # noqa: PLR0913 - one argument per choice of the user
     folder: Path,
     *,
@@ -281,12 +300,16 @@ def choose(  # noqa: PLR0913 - one argument per choice of the user
     ControllerError
         If a name is no controller, or a setting not allowed.
     StudyError
-        If a sweep is to run with several seeds.
+        If a sweep is to run with several seeds, or a number is out of range.
     """
+    _refuse_numbers(seed, seeds, step_s, jobs)
     scenario = load(folder)
     specs = tuple(named(scenario.controllers, name) for name in dict.fromkeys(names))
     specs = specs or tuple(spec for spec in scenario.controllers if spec.by_default or everything)
     first = scenario.seed if seed is None else seed
+    if first + seeds - 1 > SEED_MAX:
+        msg = f"--seeds: {seeds} from seed {first} on; allowed: up to seed {SEED_MAX}"
+        raise StudyError(msg)
     return Study(
         scenario,
         with_settings(specs, settings),

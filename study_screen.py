@@ -116,7 +116,7 @@ def report(result: study.StudyResult, chosen: study.Study) -> int:
             if header[2:]:
                 answers.print(escape(comparison_note(compared)), soft_wrap=True)
             show_side_by_side(header, rows, kept=2, shown=SIDE_BY_SIDE - 1)
-        answers.print(f"Results: {result.folder}", soft_wrap=True)
+        answers.print(f"Results: {result.folder}", soft_wrap=True, markup=False)
     show_group(
         counted_text(len(result.violations), "safety violation", "safety violations"),
         result.violations,

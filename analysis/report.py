@@ -1,5 +1,6 @@
 """A short report in Markdown: what was run, what came out, and why trains were slow."""
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -25,6 +26,7 @@ REASON_TEXTS: Mapping[str, str] = {
 }
 MOST_UNFINISHED = 30
 """Trains that the report names; all of them are in the tables."""
+_OWN_TO_MARKDOWN = re.compile(r"[\\`*\[\]<>|$~@&#!]|(?<![^\W_])_|_(?![^\W_])")
 # Wall times stay in provenance.json, so that the report can be reproduced.
 FACTS: Mapping[str, str] = {
     "scenario": "scenario",
@@ -121,6 +123,23 @@ def unfinished_heading(trains: int, patience_s: float) -> str:
     return f"{told} when patience_min = {patience_s / 60.0:g} ended the run"
 
 
+def markdown(text: str) -> str:
+    """
+    Return a text of the files as Markdown shows it unchanged.
+
+    Parameters
+    ----------
+    text
+        For example the title of a scenario.
+
+    Returns
+    -------
+    str
+        The same, with a backslash before what Markdown would take for its own.
+    """
+    return _OWN_TO_MARKDOWN.sub(r"\\\g<0>", text)
+
+
 def report_text(
     title: str,
     runs: Sequence[RunTables],
@@ -157,7 +176,7 @@ def report_text(
         Markdown.
     """
     sections = (
-        [f"# {title}"],
+        [f"# {markdown(title)}"],
         _what_was_run(summary, provenance),
         [
             *_safety(summary, swept=swept is not None),
@@ -238,7 +257,7 @@ def _swept(swept: SweepTables) -> list[str]:
         f"from {delays_s.min():g} s to {delays_s.max():g} s, one run each. The interval runs from "
         "its departure to the arrival of the next train at the same platform track."
     )
-    source = ["", f"Published: {swept.published.source}."] if swept.published else []
+    source = ["", f"Published: {markdown(swept.published.source)}."] if swept.published else []
     return ["## Intervals", "", told, "", *_table(*sweep_texts(swept.indicators)), *source]
 
 

@@ -13,12 +13,13 @@ from analysis.summary import SUMMARY
 from analysis.sweep import SWEPT_TABLES, read_intervals, read_sweep
 from analysis.tables import RunTables, read_run
 from railway.line import Line
+from railway.places import name_problem
 from railway.records import RAW_TABLES, Column
 
 STATIONS = (
     Column("station", "str", "", "station identifier"),
-    Column("name", "str", "", "name in Latin letters"),
-    Column("name_local", "str", "", "name in local letters"),
+    Column("name", "str", "", "name in Latin letters; ' stands before = + - @ at its beginning"),
+    Column("name_local", "str", "", "name in local letters; ' stands before = + - @ likewise"),
     Column("chainage_m", "float64", "m", "official chainage"),
 )
 COLUMNS = (
@@ -280,6 +281,10 @@ def read_results(folder: str | Path, *, trajectories: bool = True) -> Results:
     summary = read_csv(place / "summary.csv", SUMMARY)
     provenance = place / "provenance.json"
     swept = _holds(place, [f"{table}.csv" for table in SWEPT_TABLES])
+    for name in dict.fromkeys(summary["controller"]):
+        if problem := name_problem(name):
+            msg = f"{place / 'summary.csv'}: controller {name!r} {problem}"
+            raise ValueError(msg)
     runs = summary[["controller", "seed", "initial_delay_s"]].itertuples(index=False, name=None)
     return Results(
         folder=place,
@@ -289,10 +294,22 @@ def read_results(folder: str | Path, *, trajectories: bool = True) -> Results:
         runs=tuple(
             read_run(_folder_of(place, *run), *run, trajectory=trajectories) for run in runs
         ),
-        provenance=json.loads(provenance.read_text("utf-8")) if provenance.is_file() else {},
+        provenance=_provenance(provenance) if provenance.is_file() else {},
         intervals=read_intervals(place) if swept else None,
         sweep=read_sweep(place) if swept else None,
     )
+
+
+def _provenance(file: Path) -> Mapping[str, Any]:
+    try:
+        found = json.loads(file.read_text("utf-8"))
+    except RecursionError as error:
+        msg = f"{file}: nested too deeply"
+        raise ValueError(msg) from error
+    if not isinstance(found, dict):
+        msg = f"{file}: holds no table of keys"
+        raise ValueError(msg)  # noqa: TRY004 - a file is wrong, not an argument
+    return found
 
 
 def _folder_of(place: Path, controller: str, seed: int, initial_delay_s: float) -> Path:

@@ -137,7 +137,7 @@ def read_saved_run(folder: Path, controller: str | None = None) -> SavedRun:
     except (KeyError, IndexError) as error:
         msg = f"{folder}: no run of {controller!r}; allowed: {', '.join(results.controllers)}"
         raise SavedRunError(msg) from error
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         msg = f"{folder}: cannot be read ({error}); allowed: what `python run.py` wrote"
         raise SavedRunError(msg) from error
     file = _trajectory_file(folder, run.controller, run.seed, run.initial_delay_s)

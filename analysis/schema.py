@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from railway.records import Column
 DECIMALS: Mapping[str, int] = {"s": 3, "m": 3, "m/s": 3, "km/h": 3, "kWh": 6}
 """Decimals kept by unit; a frame holds exactly what its file shows."""
 DECIMALS_OTHERWISE = 6
+_FORMULA = ("=", "+", "-", "@", "'")
 
 
 def decimals(column: Column) -> int:
@@ -110,10 +112,21 @@ def rows_of(frame: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def _texts(series: pd.Series, column: Column) -> list[str]:
+    if column.dtype == "str":
+        return [_guarded(str(value)) for value in series]
     if column.dtype != "float64":
         return [str(value) for value in series]
     places = decimals(column)
     return ["" if np.isnan(value) else f"{value:.{places}f}" for value in series]
+
+
+def _guarded(text: str) -> str:
+    """Return a text that no spreadsheet takes for a formula."""
+    return f"'{text}" if text.startswith(_FORMULA) else text
+
+
+def _unguarded(text: str) -> str:
+    return text[1:] if text.startswith("'") and text[1:].startswith(_FORMULA) else text
 
 
 def json_text(values: Mapping[str, Any]) -> str:
@@ -136,6 +149,9 @@ def json_text(values: Mapping[str, Any]) -> str:
 def csv_text(frame: pd.DataFrame, columns: Sequence[Column]) -> str:
     r"""
     Return a frame as CSV with fixed decimals, no index and ``\n`` at line ends.
+
+    A spreadsheet would compute texts that begin with ``= + - @``: an apostrophe stands before
+    them, and before another apostrophe. :func:`read_csv` takes it away again.
 
     Parameters
     ----------
@@ -174,6 +190,9 @@ def read_csv(file: Path, columns: Sequence[Column]) -> pd.DataFrame:
     ValueError
         If the file's columns are not the declared ones.
     """
+    if file.exists() and not file.is_file():
+        msg = f"{file}: is no file"
+        raise ValueError(msg)
     names = [column.name for column in columns]
     found = list(pd.read_csv(file, nrows=0).columns)
     if found != names:
@@ -190,7 +209,7 @@ def _values(texts: Sequence[str], column: Column) -> Sequence[object]:
         return [int(text) for text in texts]
     if column.dtype == "bool":
         return [text == "True" for text in texts]
-    return texts
+    return [_unguarded(text) for text in texts]
 
 
 def write_whole(file: Path, content: str | bytes) -> None:
@@ -205,5 +224,11 @@ def write_whole(file: Path, content: str | bytes) -> None:
         Text (written as UTF-8) or bytes.
     """
     partial = file.with_name(f".{file.name}.partial")
-    partial.write_bytes(content.encode() if isinstance(content, str) else content)
-    partial.replace(file)
+    try:
+        partial.write_bytes(content.encode() if isinstance(content, str) else content)
+        partial.replace(file)
+    except OSError as error:
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)
+        # A full disk does not say which one it is.
+        raise OSError(error.errno, error.strerror, str(file)) from error

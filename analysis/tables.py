@@ -297,7 +297,11 @@ def read_run(
         if name != "trajectory"
     }
     if trajectory:
-        samples = pd.read_parquet(folder / table_file("trajectory"), engine="pyarrow")
+        file = folder / table_file("trajectory")
+        if file.exists() and not file.is_file():
+            msg = f"{file}: is no file"
+            raise ValueError(msg)
+        samples = pd.read_parquet(file, engine="pyarrow")
     else:
         samples = rows_frame([], TRAJECTORY)
     return RunTables(

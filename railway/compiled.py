@@ -12,6 +12,7 @@ is fresh as long as none of the files has changed that its code was compiled fro
 
 import hashlib
 import inspect
+import os
 import pickle
 from collections.abc import Callable
 from contextlib import suppress
@@ -101,7 +102,9 @@ def _cached(make: Callable[[bool], Any]) -> Any:  # noqa: ANN401 - numba has no 
         elsewhere = cache_folder()
     if elsewhere is None:
         return make(False)
-    numba.config.CACHE_DIR = str(elsewhere / "numba")
+    os.environ["NUMBA_CACHE_DIR"] = str(elsewhere / "numba")
+    reload_config: Any = numba.config.reload_config
+    reload_config()
     return make(True)
 
 
