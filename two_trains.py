@@ -22,6 +22,8 @@ RESOLUTION_S = 0.1
 FIRST_DEPARTURE_S = 36_000.0
 READY_S = 1.0
 """A train stands ready so long before it departs. [s]"""
+LATE_S = 15.0
+"""Trains may be so much slower on SUMO than in theory. [s]"""
 FIRST_STRIDE = 4
 """How far from the guess the search looks next, in units of the resolution."""
 MOST_S = 3600.0
@@ -175,7 +177,7 @@ def two_trains(
     )
     behind = replace(pattern, calls=tuple(_later(one, headway_s) for one in booked))
     second = replace(behind, train=f"{pattern.train} behind")
-    over_s = second.calls[1].departure_s + 2.0 * READY_S
+    over_s = second.calls[1].departure_s + LATE_S
     return replace(
         scenario,
         timetable=Timetable((pattern, second)),

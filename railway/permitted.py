@@ -6,17 +6,25 @@ code. A line limit is known beforehand and met where it begins; a lower code is 
 block begins, so that the train runs on for the idle time and only then brakes.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from railway.arrays import FloatArray
 from railway.control import Foresight
+from railway.journey import Journey, technical_journey
 from railway.profile import Profile
 from railway.world import World
 
 HARDLY_MPS = 1e-4
 """Who is permitted so much less than it runs is not hindered. [m/s]"""
+
+
+AFTER_M = 1e-6
+PASSES = 4
+"""A train that brakes earlier at one place is slower at the next; so often that is looked at."""
 
 
 def permitted_profile(world: World, foresight: Foresight, row: int) -> Profile:
@@ -42,42 +50,86 @@ def permitted_profile(world: World, foresight: Foresight, row: int) -> Profile:
     grid_m = profile.grid_m
     inside = np.flatnonzero((grid_m >= world.line.start_m) & (grid_m <= world.line.end_m))
     front_m = grid_m[inside]
-    ceiling_mps = np.sqrt(2.0 * profile.ceiling_m2ps2[kind, inside])
+    ceiling_m2ps2 = profile.ceiling_m2ps2[kind, inside]
+    ceiling_mps = np.sqrt(2.0 * ceiling_m2ps2)
     free_mps = foresight.permitted_mps(row, front_m, np.full(front_m.size, world.far_m))
     binds = free_mps < ceiling_mps - HARDLY_MPS
     if not binds.any():
         return profile
-    bound_mps = _met_late_mps(
-        front_m,
-        np.where(binds, free_mps, np.inf),
-        ceiling_mps,
-        profile.potential_m2ps2[kind, inside],
-        foresight.idle_time_s,
-    )
-    ceiling_m2ps2 = profile.ceiling_m2ps2.copy()
-    ceiling_m2ps2[kind, inside] = np.minimum(ceiling_m2ps2[kind, inside], 0.5 * bound_mps**2)
-    return replace(profile, ceiling_m2ps2=ceiling_m2ps2)
+    bound_mps = np.where(binds, free_mps, np.inf)
+    potential_m2ps2 = profile.potential_m2ps2[kind, inside]
+
+    def with_braking(braking: Sequence[_Braking]) -> Profile:
+        met_mps = _met_mps(front_m, bound_mps, potential_m2ps2, braking)
+        ceilings_m2ps2 = profile.ceiling_m2ps2.copy()
+        ceilings_m2ps2[kind, inside] = np.minimum(ceiling_m2ps2, 0.5 * met_mps**2)
+        return replace(profile, ceiling_m2ps2=ceilings_m2ps2)
+
+    falls = _falls(bound_mps, ceiling_mps)
+    # At first as if every train entered as fast as it may: nobody brakes later than that.
+    found = with_braking([_latest(front_m, fall, foresight.idle_time_s) for fall in falls])
+    for _ in range(PASSES):
+        journey = technical_journey(world, found, row)
+        found = with_braking([_seen(journey, front_m, fall, foresight) for fall in falls])
+    return found
 
 
-def _met_late_mps(
+class _Fall(NamedTuple):
+    """Where a bound begins that is lower than what a train may run before it."""
+
+    start: int
+    end: int
+    """Points of the grid, the last one not included."""
+    entry_mps: float
+    """What it may run before. [m/s]"""
+
+
+class _Braking(NamedTuple):
+    """Where a train begins to brake to a bound, and how fast it is then."""
+
+    fall: _Fall
+    place_m: float
+    speed_mps: float
+
+
+def _falls(bound_mps: FloatArray, ceiling_mps: FloatArray) -> list[_Fall]:
+    starts = np.flatnonzero(bound_mps[1:] != bound_mps[:-1]) + 1
+    ends = np.append(starts[1:], bound_mps.size)
+    before_mps = np.minimum(bound_mps[starts - 1], ceiling_mps[starts])
+    return [
+        _Fall(start, end, entry_mps)
+        for start, end, entry_mps in zip(
+            starts.tolist(), ends.tolist(), before_mps.tolist(), strict=False
+        )
+        if entry_mps > bound_mps[start]
+    ]
+
+
+def _latest(front_m: FloatArray, fall: _Fall, idle_time_s: float) -> _Braking:
+    return _Braking(fall, front_m[fall.start] + fall.entry_mps * idle_time_s, fall.entry_mps)
+
+
+def _seen(journey: Journey, front_m: FloatArray, fall: _Fall, foresight: Foresight) -> _Braking:
+    """Return where a train on a journey would begin to brake, if nothing else made it."""
+    # A little further on, because a train may stand just where a block begins.
+    begins_s = np.interp(front_m[fall.start] + AFTER_M, journey.chainage_m, journey.time_s)
+    place_m, speed_mps = journey.at(np.array([begins_s + foresight.idle_time_s]))
+    return _Braking(fall, float(place_m[0]), float(speed_mps[0]))
+
+
+def _met_mps(
     front_m: FloatArray,
     bound_mps: FloatArray,
-    ceiling_mps: FloatArray,
     potential_m2ps2: FloatArray,
-    idle_time_s: float,
+    braking: Sequence[_Braking],
 ) -> FloatArray:
-    """Return how fast a train may still be that brakes once a lower bound has begun."""
+    """Return how fast a train may be that brakes to each bound after it has begun."""
     met_mps = bound_mps.copy()
-    changes = np.flatnonzero(bound_mps[1:] != bound_mps[:-1]) + 1
-    ends = np.append(changes[1:], bound_mps.size)
-    for start, end in zip(changes.tolist(), ends.tolist(), strict=False):
-        entry_mps = min(met_mps[start - 1], ceiling_mps[start])
-        if entry_mps <= bound_mps[start]:
-            continue
-        here = slice(start, end)
-        brakes_m = front_m[start] + entry_mps * idle_time_s
-        from_m2ps2 = np.interp(brakes_m, front_m, potential_m2ps2)
+    for fall, place_m, speed_mps in braking:
+        here = slice(fall.start, fall.end)
+        from_m2ps2 = np.interp(place_m, front_m, potential_m2ps2)
         taken = 2.0 * np.maximum(potential_m2ps2[here] - from_m2ps2, 0.0)
-        slowed_mps = np.sqrt(np.maximum(entry_mps**2 - taken, 0.0))
-        met_mps[here] = np.maximum(slowed_mps, bound_mps[here])
+        slowed_mps = np.sqrt(np.maximum(speed_mps**2 - taken, 0.0))
+        before = front_m[here] < place_m
+        met_mps[here] = np.where(before, fall.entry_mps, np.maximum(slowed_mps, bound_mps[here]))
     return met_mps

@@ -160,7 +160,8 @@ class Recorder:
             self._samples.append(self._sample())
         block = self._block()
         self.train_steps += int(np.count_nonzero(block.present))
-        if block.rows.size:
+        # A run may end with the last step of a block.
+        if block.present.size:
             for examiner in self._examiners:
                 examiner.add(block)
 

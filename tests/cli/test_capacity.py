@@ -1,6 +1,7 @@
 """The command ``capacity``: what is on the screen, in its folder, and what it refuses."""
 
 import json
+from itertools import pairwise
 from pathlib import Path
 
 import pandas as pd
@@ -209,3 +210,48 @@ def test_a_controller_that_cannot_be_assessed_costs_no_other(
     alone = kankaku(*command, "--controller", "second")
     assert alone.status == FAILED
     assert not alone.answers
+
+
+ATC = """
+[controllers.atc]
+protection = "multi_step_atc"
+operation = "close_up"
+
+[controllers.atc.protection_options]
+codes_kmh = [90, 36, 0]
+idle_time_s = 1.0
+counted_blocks = 3.0
+"""
+
+
+def test_codes_that_no_block_shows_are_told_and_headways_are_those_of_what_they_show(
+    place: Path,
+) -> None:
+    folder = two_controllers(place / "codes")
+    with (folder / "scenario.toml").open("a", encoding="utf-8") as file:
+        file.write(ATC)
+    replace(folder, "limits.csv", "1.0,2.0,75", "1.0,2.0,90")
+    # From 90 to 36 km/h at 5 km/h/s takes 189 m, and 50 m are run before: not in 200 m.
+    edges_km = {
+        "north-1": (-3, 12),
+        "middle-1": (12, 16),
+        "middle-2": (12, 16),
+        "south-1": (16, 35),
+    }
+    blocks = ["id,track,start_km,end_km"]
+    for track, (first, last) in edges_km.items():
+        places = [*range(first, last - 1, 2), last]
+        blocks += [
+            f"{track}-{number},{track},{start / 10},{end / 10}"
+            for number, (start, end) in enumerate(pairwise(places))
+        ]
+    (folder / "blocks.csv").write_text("\n".join([*blocks, ""]), encoding="utf-8")
+    options = ["--controller", "atc", "--simulate", "all", "--jobs", "1"]
+    screen = kankaku("capacity", folder, "--out", place / "out", *options)
+    assert screen.status == 0, screen.complaints
+    assert "1 doubtful" in screen.complaints
+    assert "never show more than 36 km/h: from 90 km/h a train needs" in screen.complaints
+    headways = pd.read_csv(place / "out" / "codes_capacity" / "headways.csv")
+    # A step is 0.5 s, and the brake is released a little below the code.
+    off_s = headways["simulated_headway_s"] - headways["blocking_time_headway_s"]
+    assert off_s.abs().max() <= 2.0

@@ -117,7 +117,7 @@ def test_a_single_block_is_told_with_the_one_that_is_too_short_behind_it() -> No
     edges_m = [0.0, 600.0, 1200.0, 1800.0, 1950.0, *np.arange(2550.0, 8400.0, 600.0), 9000.0]
     (sentence,) = controllers.warnings([atc_spec(counted_blocks=1.0)], world_on(line_with(edges_m)))
     assert sentence == (
-        "atc: block b2 never shows more than 45 km/h: from 108 km/h a train needs 540.9 m to stop "
+        "atc: block b2 never shows more than 45 km/h: from 108 km/h a train needs 541.0 m to stop "
         "in block b3, which has 150.0 m"
     )
 

@@ -59,3 +59,20 @@ def test_samples_lie_on_the_run_and_name_a_reason() -> None:
     expected_s = 30.0 + (25_200.0 + 150.0 - record.arrival_s[0, 1])
     assert np.count_nonzero(standing) == pytest.approx(expected_s, abs=2.0)
     assert {Reason.TRACTION, Reason.STATION_STOP, Reason.LINE_LIMIT} >= reasons - {DWELLING}
+
+
+def test_a_run_that_ends_with_the_last_step_of_a_block_leaves_no_empty_block() -> None:
+    scenario = two_station_scenario(1)
+    world = world_of(scenario)
+    _, engine = run(scenario)
+    controller, keeper, tracker = controller_of(world), Keeper(), Tracker(world)
+    drive = controller.drive
+    recorder = Recorder(world, controller, (keeper,))
+    memory = controller.protection.initial()
+    for seen in engine.seen[: BLOCK_STEPS + 1]:
+        state = tracker.update(seen)
+        authority, memory = controller.protection.authorise(state, memory)
+        advice, _ = controller.operation.advise(state, authority, None)
+        recorder.write(state, authority, advice, drive.command(state, authority, advice))
+    recorder.flush()
+    assert [block.present.shape[0] for block in keeper.blocks] == [BLOCK_STEPS]
