@@ -249,7 +249,8 @@ class Monitor:
         # The brake holds whoever stands, on any gradient.
         too_strong[after == 0.0] = -np.inf
         too_hard[(before == 0.0) & (after == 0.0)] = -np.inf
-        return np.maximum(too_strong, too_hard)
+        excess: FloatArray = np.maximum(too_strong, too_hard)
+        return excess
 
     def _gravity_over_step_mps2(self, block: StepBlock) -> FloatArray:
         """Return the pull of the gradient at the start, middle and end of each step."""
