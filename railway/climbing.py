@@ -7,7 +7,7 @@ from railway.compiled import compiled
 from railway.way import Way, accelerations, look_up
 
 SUMMIT_MPS = 2.0
-"""Full traction is to pass every summit at this speed at least, where the fastest run does. [m/s]"""
+"""Full traction passes every summit at this speed at least, where the fastest run does. [m/s]"""
 CLIMBING_SHARE = 0.97
 """Share of the traction that has to be enough to climb; the rest is a reserve. [-]"""
 

@@ -2,10 +2,11 @@
 The way of one train between two places, and the motion along it cell by cell.
 
 Cells are those of :mod:`railway.profile`, a metre long, and shorter where limits change. With
-the kinetic energy per unit of mass, ``e = v^2 / 2``, the motion is ``de/dx = (F(v) - R(v)) / M - r(x)`` with traction ``F``
-between nothing and its greatest value, running resistance ``R`` and the drag ``r`` of
-gradients and curves, bounded by the line ceiling and by the brake curve into the end of the
-way. It is integrated by Heun's rule; the acceleration is constant within a cell.
+the kinetic energy per unit of mass, ``e = v^2 / 2``, the motion is
+``de/dx = (F(v) - R(v)) / M - r(x)`` with traction ``F`` between nothing and its greatest value,
+running resistance ``R`` and the drag ``r`` of gradients and curves, bounded by the line ceiling
+and by the brake curve into the end of the way. It is integrated by Heun's rule; the
+acceleration is constant within a cell.
 """
 
 from dataclasses import dataclass, replace
@@ -167,7 +168,7 @@ def way_on(
             f"to {profile.end_m:g}, is {end_m:g}"
         )
         raise ValueError(message)
-    chainage_m = _points_m(profile, row, ends_m, speeds_mps[1])
+    chainage_m = _points_m(profile, row, ends_m, speeds_mps)
     if also_m is not None and start_m < also_m < end_m:
         chainage_m = np.union1d(chainage_m, also_m)
     places = chainage_m - profile.origin_m
@@ -200,7 +201,7 @@ def way_on(
 
 
 def _points_m(
-    profile: Profile, row: int, ends_m: tuple[float, float], end_mps: float
+    profile: Profile, row: int, ends_m: tuple[float, float], speeds_mps: tuple[float, float]
 ) -> FloatArray:
     """
     Return the ends of the cells: a metre each, but shorter where a metre costs time.
@@ -213,10 +214,12 @@ def _points_m(
     last = int(np.ceil(end_m - profile.origin_m))
     limits, potential = profile.limits[row], profile.potential_m2ps2[row]
     energy = 0.5 * np.square(limits.limit_mps[:-1])
-    into_end = 0.5 * end_mps**2 + np.interp(end_m, profile.grid_m, potential)
+    into_end = 0.5 * speeds_mps[1] ** 2 + np.interp(end_m, profile.grid_m, potential)
     brakes_at = np.append(limits.lowest_m2ps2[1:-1] - energy[:-1], into_end - energy)
     slow = np.flatnonzero((np.diff(limits.limit_mps) > 0.0) & (limits.limit_mps[:-1] < SLOW_MPS))
-    quickens_m = np.append(start_m, limits.start_m[slow + 1])
+    quickens_m = limits.start_m[slow + 1]
+    if speeds_mps[0] < SLOW_MPS:
+        quickens_m = np.append(quickens_m, start_m)
     points_m = np.concatenate(
         [
             profile.grid_m[first:last],

@@ -166,8 +166,8 @@ def test_fastest_run_is_the_dense_optimum(
         buffers=BUFFERS if buffered else Buffers(),
     )
     assert run.run_time_s == pytest.approx(optimum_s, rel=1e-3)
-    # Limits are tabulated to the metre, never too short.
-    assert run.run_time_s >= optimum_s * (1.0 - 1e-5)
+    # No faster than allowed; the cells of the optimum make limits up to 10 cm longer.
+    assert run.run_time_s >= optimum_s * (1.0 - 1e-4)
     assert run.speed_mps[0] == speeds_mps[0]
     assert run.speed_mps[-1] <= speeds_mps[1] + 1e-9
 
