@@ -166,7 +166,7 @@ def test_a_higher_code_holds_at_once() -> None:
 
 def test_a_train_below_the_code_needs_no_brake() -> None:
     train = Train(1450.0, idle_time_s=0.0)
-    assert train.at(790.0, 30.0)[1] == pytest.approx(75.0)
+    assert train.at(790.0, 30.0)[1] == pytest.approx(90.0)
     # Without an idle time 200 m are enough for 65 km/h: 163 m of braking, 9 m in a step, 25 m.
     assert [train.at(801.0, 30.0)[1] for _ in range(3)] == pytest.approx([65.0] * 3)
 
