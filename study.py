@@ -31,6 +31,7 @@ from analysis import (
 from provenance import provenance_of
 from railway.faults import Fault
 from railway.loop import simulate
+from railway.places import refuse_unwritable, temporary_folder
 from railway.records import RunRecord
 from railway.scenario import ControllerSpec, Scenario
 from railway.world import World, build_world
@@ -251,6 +252,8 @@ def run_study(study: Study, out: Path, progress: Progress = lambda *_: None) -> 
     by_radio = frozenset(controller.name for controller in built if controller.by_radio)
     result = StudyResult(target)
     out.mkdir(parents=True, exist_ok=True)
+    refuse_unwritable(out, "results")
+    refuse_unwritable(temporary_folder(), "temporary files, TMPDIR")
     with tempfile.TemporaryDirectory(dir=out, prefix=f".{study.scenario.name}-") as place:
         work, unfinished = Path(place) / study.scenario.name, Path(place) / "unfinished"
         started = time.perf_counter()
