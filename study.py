@@ -21,6 +21,7 @@ from holding import held
 from railway.faults import Fault
 from railway.feasibility import assess
 from railway.loop import simulate
+from railway.places import refuse_unwritable, temporary_folder
 from railway.records import RunRecord
 from railway.scenario import ControllerSpec, Scenario
 from railway.world import World, build_world
@@ -142,7 +143,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
     engine: type[NativeEngine | SumoEngine] = NativeEngine if peer else SumoEngine
     record = None
     try:
-        with tempfile.TemporaryDirectory(prefix="kankaku-") as folder:
+        with tempfile.TemporaryDirectory(prefix="kankaku-", dir=temporary_folder()) as folder:
             files = write(scenario, world, delays_s, Path(folder))
             with engine(files, world, gui=gui) as sumo:
                 record = simulate(
@@ -211,6 +212,7 @@ def run_study(
     for spec in study.specs:
         controllers.build(spec, world, study.scenario.radio)
     with held(folder) as work:
+        refuse_unwritable(folder, "results")
         running = Running(study, folder, work, world)
         return running.run(partial(_perform, study), Hearers(progress, say, tell))
 

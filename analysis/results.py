@@ -135,7 +135,15 @@ def run_folder(
     Path
         ``<controller>`` for one seed, ``<controller>/seed_<seed>`` for several, and
         ``<controller>/delay_<seconds>s`` in a sweep, sorted as the delays.
+
+    Raises
+    ------
+    ValueError
+        If the name of the controller leads elsewhere.
     """
+    if problem := name_problem(controller):
+        msg = f"controller {controller!r} {problem}"
+        raise ValueError(msg)
     own = folder / controller
     if initial_delay_s is not None:
         return own / f"delay_{initial_delay_s:05.1f}s"
@@ -294,13 +302,31 @@ def read_results(folder: str | Path, *, trajectories: bool = True) -> Results:
         runs=tuple(
             read_run(_folder_of(place, *run), *run, trajectory=trajectories) for run in runs
         ),
-        provenance=_provenance(provenance) if provenance.is_file() else {},
+        provenance=read_provenance(provenance) if provenance.is_file() else {},
         intervals=read_intervals(place) if swept else None,
         sweep=read_sweep(place) if swept else None,
     )
 
 
-def _provenance(file: Path) -> Mapping[str, Any]:
+def read_provenance(file: Path) -> Mapping[str, Any]:
+    """
+    Read how results were made.
+
+    Parameters
+    ----------
+    file
+        ``provenance.json``.
+
+    Returns
+    -------
+    Mapping[str, Any]
+        What it holds.
+
+    Raises
+    ------
+    ValueError
+        If it holds no table of keys.
+    """
     try:
         found = json.loads(file.read_text("utf-8"))
     except RecursionError as error:

@@ -8,6 +8,7 @@ from pathlib import Path
 CACHE = "KANKAKU_CACHE"
 """Environment variable that chooses the place."""
 _LONGEST_NAME = 60
+_TRIED_BYTES = 1 << 16
 _FILE_ENDINGS = (".csv", ".json", ".lock", ".md", ".parquet", ".partial", ".png", ".svg", ".txt")
 _TAKEN = frozenset({"failures", "earlier", "unfinished"})
 _DEVICES = frozenset(
@@ -69,6 +70,44 @@ def cache_folder() -> Path | None:
     if own and is_writable(own):
         return own
     return _temporary()
+
+
+def refuse_unwritable(folder: Path, what: str) -> None:
+    """
+    Raise an error that names a folder in which nothing can be written.
+
+    Parameters
+    ----------
+    folder
+        An existing folder.
+    what
+        What it is for, as a user calls it.
+
+    Raises
+    ------
+    OSError
+        With the folder and what it is for as its file name.
+    """
+    try:
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(bytes(_TRIED_BYTES))
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, f"{folder} ({what})") from error
+
+
+def temporary_folder() -> Path:
+    """
+    Return where temporary files go.
+
+    Raises
+    ------
+    OSError
+        If they cannot be written anywhere.
+    """
+    try:
+        return Path(tempfile.gettempdir())
+    except FileNotFoundError as error:
+        raise OSError(error.errno, error.strerror, "temporary files (TMPDIR)") from error
 
 
 def is_writable(folder: Path) -> bool:

@@ -103,7 +103,7 @@ def controller_faults(settings: ScenarioFile, file: str) -> list[Fault]:
         problem = name_problem(name)
         if problem:
             allowed = "another name, for example 'moving_block'"
-            faults.append(Fault(file, f"controllers.{name}", problem, allowed))
+            faults.append(Fault(file, f"controllers.{name}", f"{name!r} {problem}", allowed))
     for name, controller in settings.controllers.items():
         faults += [
             Fault(file, f"controllers.{name}.{key}", problem, PAIR_OR_PEER)

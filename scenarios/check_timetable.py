@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 from scenarios.check_line import LineTables, same
@@ -27,22 +28,17 @@ class TimetableTables:
     calls: Table[CallRow]
     dwell_stations: Table[DwellStationRow]
 
+    @cached_property
+    def by_train(self) -> dict[str, list[CallRow]]:
+        """Calls in file order by train, trains in the order of ``services.csv``."""
+        calls: dict[str, list[CallRow]] = {service.train: [] for service in self.services}
+        for call in self.calls:
+            if call.train in calls:
+                calls[call.train].append(call)
+        return calls
 
-def seconds(clock: str) -> int:
-    """
-    Return a time of day in seconds.
 
-    Parameters
-    ----------
-    clock
-        ``HH:MM:SS``.
-
-    Returns
-    -------
-    int
-        Seconds after midnight. [s]
-    """
-    return whole_seconds(clock)
+seconds = whole_seconds
 
 
 def calls_by_train(timetable: TimetableTables) -> dict[str, list[CallRow]]:
@@ -59,11 +55,7 @@ def calls_by_train(timetable: TimetableTables) -> dict[str, list[CallRow]]:
     dict[str, list[CallRow]]
         Calls in file order by train, trains in the order of ``services.csv``.
     """
-    calls: dict[str, list[CallRow]] = {service.train: [] for service in timetable.services}
-    for call in timetable.calls:
-        if call.train in calls:
-            calls[call.train].append(call)
-    return calls
+    return timetable.by_train
 
 
 def timetable_faults(
@@ -326,12 +318,15 @@ def _order_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
     by_train = {
         train: calls for train, calls in calls_by_train(timetable).items() if not _runs_back(calls)
     }
+    at = {
+        train: {call.station: call for call in reversed(calls)} for train, calls in by_train.items()
+    }
     routes = {train: dict(route_of(line, calls)) for train, calls in by_train.items()}
     section_of = {track.id: number for number, group in enumerate(line.sections) for track in group}
     for station in line.stations:
         last: dict[tuple[str, object], CallRow] = {}
-        for train, calls in by_train.items():
-            here = next((call for call in calls if call.station == station.id), None)
+        for train in by_train:
+            here = at[train].get(station.id)
             section = section_of.get(here.track) if here else None
             if here is None or section is None or not routes[train]:
                 continue

@@ -43,7 +43,7 @@ from scenarios.check_wayside import crossing_faults, disruption_faults
 from scenarios.faults import Fault, ScenarioError
 from scenarios.files import Reader, Table
 from scenarios.load_wayside import to_crossings, to_disruptions, to_turnouts
-from scenarios.neighbours import uncollected, unread
+from scenarios.neighbours import folder_faults, uncollected, unread
 from scenarios.units import metres
 from scenarios.ways import ends_on_the_way, route_of
 
@@ -82,6 +82,7 @@ def load(folder: Path) -> Scenario:
     reader.faults += timetable_faults(timetable, line, stock)
     reader.faults += disruption_faults(main, line, timetable, MAIN_FILE)
     reader.faults += delay_faults(main, quantiles, timetable)
+    reader.faults += folder_faults(folder)
     if reader.faults or main is None or stock is None:
         raise ScenarioError(tuple(dict.fromkeys(reader.faults)))
     of_line = to_line(line, folders["line"].resolve().name)

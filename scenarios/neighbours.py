@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 
+from scenarios.faults import Fault
 from scenarios.texts import printable, shown
 
 KNOWN = (
@@ -53,6 +54,27 @@ def uncollected() -> Iterator[None]:
     finally:
         if was_on:
             gc.enable()
+
+
+def folder_faults(folder: Path) -> list[Fault]:
+    """
+    Return what is wrong with the name of a scenario's folder, which results and reports bear.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+
+    Returns
+    -------
+    list[Fault]
+        At most one.
+    """
+    name = folder.resolve().name
+    if name and name.isprintable():
+        return []
+    problem = f"the folder's name {shown(name)} cannot be written"
+    return [Fault("scenario.toml", "", problem, "a folder with a name of letters and digits")]
 
 
 def unread(folders: Iterable[Path], *, has_delays: bool) -> tuple[str, ...]:
