@@ -39,7 +39,7 @@ class TractionDrive:
         self._emergency_extra = (emergency - service) * step_s
         self._nobody = np.zeros(world.size, dtype=np.bool_)
         self._stop_m = np.full(world.size, np.nan)
-        self._stop_square = np.full(world.size, np.nan)
+        self._stops = np.full((2, world.size), np.nan)
 
     def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
         """
@@ -61,7 +61,9 @@ class TractionDrive:
         """
         if state.stop_m is not self._stop_m:
             self._stop_m = state.stop_m
-            self._stop_square = at_each(self._square, state.stop_m, self._row_start)
+            squares = at_each(self._square, state.stop_m, self._row_start)
+            # One array more costs as much as a formula for all trains.
+            self._stops = np.array([state.stop_m, squares])
         return Command(
             *_command(
                 state.front_m,
@@ -71,8 +73,7 @@ class TractionDrive:
                 authority.limit_by,
                 authority.ceiling_mps,
                 advice.ceiling_mps,
-                state.stop_m,
-                self._stop_square,
+                self._stops,
                 state.running,
                 self._nobody if authority.link is None else authority.link.emergency,
                 self._row_start,
@@ -94,8 +95,7 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     limit_by: IntArray,
     ceiling_mps: FloatArray,
     advised_mps: FloatArray,
-    stop_m: FloatArray,
-    stop_square: FloatArray,
+    stops: FloatArray,
     running: BoolArray,
     in_emergency: BoolArray,
     row_start: FloatArray,
@@ -133,13 +133,13 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         bounds[CEILING, train] = ceiling_mps[train]
         bounds[ADVICE, train] = advised_mps[train]
         bounds[LIMIT, train] = next_speed_mps(speed, ahead - here, loss, lag)
-        bounds[STOP, train] = next_speed_mps(speed, stop_square[train] - here, loss, 0.0)
+        bounds[STOP, train] = next_speed_mps(speed, stops[1, train] - here, loss, 0.0)
         bounds[EMERGENCY, train] = np.inf
         wish = max(bounds[:, train].min(), speed - loss)
         emergency = max(bounds[LIMIT, train], speed - loss - emergency_extra[train])
         next_mps[train] = max(min(wish, emergency), 0.0)
         bound[train] = _lowest(
-            bounds[:, train], limit_m[train], limit_by[train], stop_m[train], far_m
+            bounds[:, train], limit_m[train], limit_by[train], stops[0, train], far_m
         )
     return next_mps, bounds, bound
 
