@@ -357,10 +357,9 @@ def _tidy(folder: Path) -> None:
     if parent is None or parent.is_alive():
         return
     shutil.rmtree(folder, ignore_errors=True)
-    # Whoever is the last one finds the places above empty, too.
-    above = [folder.parent]
-    if above[0].parent.name == UNFINISHED:
-        above += [above[0].parent, above[0].parent.parent]
+    # Whoever is the last one finds the places above empty, too; those of others are left alone.
+    above = [place.name for place in folder.parents]
+    emptied = 2 + above.index(UNFINISHED) if UNFINISHED in above else 1
     with suppress(OSError):
-        for place in above:
+        for place in list(folder.parents)[:emptied]:
             place.rmdir()
