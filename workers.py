@@ -314,6 +314,7 @@ def _end(workers: Sequence[_Worker]) -> None:
 def _work(connection: Connection, perform: Perform[Any, Any], folder: Path) -> None:
     """Do what comes through a pipe until there is no more, or nobody who wants it."""
     threading.Thread(target=_watch, args=(folder,), daemon=True).start()
+    interrupts.at_work()
     # The parent decides what Ctrl-C and a closed terminal mean.
     for number in interrupts.ENDING:
         signal.signal(number, _leave if number == signal.SIGTERM else signal.SIG_IGN)
