@@ -298,7 +298,8 @@ def main(
         f"{figures.parents} commands and {figures.workers} workers killed, "
         f"{figures.studies} studies finished afterwards\n"
         f"finished runs lost: {figures.lost}\nprocesses left: {figures.processes}\n"
-        f"folders left: {figures.folders} (for the next command: {figures.until_next})\nstudies with other tables: {figures.unlike}\n"
+        f"folders left: {figures.folders} (for the next command: {figures.until_next})\n"
+        f"studies with other tables: {figures.unlike}\n"
         f"commands that hung: {figures.hung}\nodd ends: {figures.odd}\n"
     )
     out.writelines(f"  {sentence}\n" for sentence in figures.told[:20])
