@@ -7,6 +7,7 @@ Imports next to nothing, because it must be there before everything else.
 import os
 import signal
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -15,6 +16,8 @@ EXIT_INTERRUPTED = 130
 ENDING = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
+WATCH_EVERY_S = 0.5
+_at_work = threading.Event()
 _come: list[int] = []
 """Signals that have come, in order."""
 
@@ -34,6 +37,23 @@ class _Swallowed:
 def end_at_once() -> None:
     """Let every ending signal end the process with one sentence: nothing is under way yet."""
     _handle(_end)
+
+
+def end_with_parent() -> None:
+    """Let a worker that is still being read end when its parent does; see ``workers`` for later."""
+    parent = os.getppid()
+
+    def watch() -> None:
+        while not _at_work.wait(WATCH_EVERY_S):
+            if os.getppid() != parent:
+                os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def at_work() -> None:
+    """Let whoever knows more look after the parent."""
+    _at_work.set()
 
 
 def end_as_by_ctrl_c() -> None:

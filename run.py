@@ -5,6 +5,8 @@ import interrupts
 if __name__ == "__main__":
     # Before everything else is imported, which takes seconds.
     interrupts.end_at_once()
+if __name__ == "__mp_main__":
+    interrupts.end_with_parent()
 
 import os
 from pathlib import Path

@@ -314,6 +314,7 @@ def _end(workers: Sequence[_Worker]) -> None:
 def _work(connection: Connection, perform: Perform[Any, Any], folder: Path) -> None:
     """Do what comes through a pipe until there is no more, or nobody who wants it."""
     threading.Thread(target=_watch, args=(folder,), daemon=True).start()
+    interrupts.at_work()
     # The parent decides what Ctrl-C and a closed terminal mean.
     for number in interrupts.ENDING:
         signal.signal(number, _leave if number == signal.SIGTERM else signal.SIG_IGN)
@@ -357,10 +358,9 @@ def _tidy(folder: Path) -> None:
     if parent is None or parent.is_alive():
         return
     shutil.rmtree(folder, ignore_errors=True)
-    # Whoever is the last one finds the places above empty, too.
-    above = [folder.parent]
-    if above[0].parent.name == UNFINISHED:
-        above += [above[0].parent, above[0].parent.parent]
+    # Whoever is the last one finds the places above empty, too; those of others are left alone.
+    above = [place.name for place in folder.parents]
+    emptied = 2 + above.index(UNFINISHED) if UNFINISHED in above else 1
     with suppress(OSError):
-        for place in above:
+        for place in list(folder.parents)[:emptied]:
             place.rmdir()

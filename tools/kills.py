@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -47,6 +47,8 @@ class Figures:
     lost: int = 0
     processes: int = 0
     folders: int = 0
+    until_next: int = 0
+    """Folders that were left for the next command to remove. [-]"""
     unlike: int = 0
     hung: int = 0
     odd: int = 0
@@ -170,9 +172,14 @@ def wait_for_end(process: subprocess.Popen[str], figures: Figures) -> bool:
 
 
 def check_after(
-    place: Place, group: int, before: dict[str, str], what: str, figures: Figures
+    place: Place,
+    group: int,
+    before: dict[str, str],
+    what: str,
+    figures: Figures,
+    earlier: Collection[Path] = (),
 ) -> None:
-    """Count what a kill has lost and left."""
+    """Count what a kill has lost and left; what was there before the command may stay."""
     if not is_gone(group):
         figures.processes += 1
         figures.complain(f"{what}: a process stays")
@@ -180,7 +187,13 @@ def check_after(
     lost = [run for run, finished in before.items() if after.get(run) != finished]
     figures.lost += len(lost)
     figures.complain(f"{what}: lost {', '.join(lost)}") if lost else None
-    left = place.left_over()
+    left = [item for item in place.left_over() if item not in earlier]
+    if what.startswith("SIGKILL to a command"):
+        # Without workers nobody is left to tidy its folder of temporary files up but the next
+        # command; in the places of others nothing may stay.
+        own = place.results / ".unfinished"
+        figures.until_next += own in left
+        left = [item for item in left if own not in (item, *item.parents)]
     figures.folders += len(left)
     figures.complain(f"{what}: {', '.join(map(str, left))} stays") if left else None
 
@@ -189,6 +202,7 @@ def kill_parent(place: Place, rng: random.Random, span_s: float, figures: Figure
     """Kill a command, and return whether it had ended before."""
     number = SIGNALS[figures.parents % len(SIGNALS)]
     early = figures.parents % 8 < len(SIGNALS)
+    earlier = set(place.left_over())
     with place.command() as process:
         with suppress(subprocess.TimeoutExpired):
             process.wait(rng.uniform(0.0, SOON_S if early else span_s))
@@ -200,7 +214,8 @@ def kill_parent(place: Place, rng: random.Random, span_s: float, figures: Figure
             kill(process.pid, number)
             figures.parents += 1
         if wait_for_end(process, figures):
-            check_after(place, process.pid, before, f"{number.name} to a command", figures)
+            what = f"{number.name} to a command"
+            check_after(place, process.pid, before, what, figures, earlier)
         usual = {0} if over else {0, 130, -number}
         if process.returncode not in usual:
             figures.odd += 1
@@ -244,6 +259,9 @@ def undisturbed(place: Place) -> tuple[dict[str, bytes], float]:
 def compare(place: Place, wanted: dict[str, bytes], figures: Figures) -> None:
     """Count a study whose tables are not those of one that nobody disturbed, and begin anew."""
     figures.studies += 1
+    left = place.left_over()
+    figures.folders += len(left)
+    figures.complain(f"after a study: {', '.join(map(str, left))} stays") if left else None
     found = place.tables()
     unlike = [name for name in wanted | found if wanted.get(name) != found.get(name)]
     if unlike:
@@ -280,7 +298,8 @@ def main(
         f"{figures.parents} commands and {figures.workers} workers killed, "
         f"{figures.studies} studies finished afterwards\n"
         f"finished runs lost: {figures.lost}\nprocesses left: {figures.processes}\n"
-        f"folders left: {figures.folders}\nstudies with other tables: {figures.unlike}\n"
+        f"folders left: {figures.folders} (for the next command: {figures.until_next})\n"
+        f"studies with other tables: {figures.unlike}\n"
         f"commands that hung: {figures.hung}\nodd ends: {figures.odd}\n"
     )
     out.writelines(f"  {sentence}\n" for sentence in figures.told[:20])
