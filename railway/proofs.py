@@ -61,10 +61,13 @@ class Passings:
         furthest_m = block.front_m[last + 1, np.arange(rows.size)]
         reached = np.isinf(self._time_s[:, rows]) & (last >= 0) & (furthest_m >= there_m)
         found = np.argwhere(reached).tolist()
+        nobody = np.zeros((1, rows.size), dtype=np.bool_)
+        # A train is there at both ends of a step; where it enters it may be past a place already.
+        there = np.concatenate((block.present, nobody)) | np.concatenate((nobody, block.present))
         for place, column in found:
-            after = block.front_m[1:, column] >= there_m[place, column]
-            step = int(np.argmax(after & block.present[:, column]))
-            self._time_s[place, rows[column]] = block.time_s[step + 1]
+            after = block.front_m[:, column] >= there_m[place, column]
+            moment = int(np.argmax(after & there[:, column]))
+            self._time_s[place, rows[column]] = block.time_s[moment]
         left_s = np.where(self._on_line, block.time_s[0], np.inf)
         left_s[rows[last >= 0]] = block.time_s[last[last >= 0] + 1]
         self._on_line[:] = False

@@ -208,3 +208,11 @@ def test_a_train_under_codes_can_run_on_for_the_idle_time_into_every_block() -> 
     late = replace(quick, promises=honest.promises)
     record, _ = run(scenario, controller=late, delay_s=overstay(60.0))
     assert set(worst(record)) == {"idle"}
+
+
+def test_a_train_that_starts_beyond_the_strike_in_is_granted_what_is_closed_at_once() -> None:
+    """It stands ready at 300 m; the crossing closes in no time, from a front at 250 m on."""
+    scenario = two_station_scenario(1)
+    road = Crossing("road", 800.0, 808.0, 250.0, 0.0)
+    crossed = replace(scenario, line=replace(scenario.line, crossings=(road,)))
+    assert run(crossed, controller=built(crossed))[0].violations == ()
