@@ -140,8 +140,7 @@ def _show_listing(listing: Listing) -> None:
 
 def _whole_milliseconds(step_s: float | None) -> float | None:
     # SUMO counts whole milliseconds; with any other step the two clocks drift apart.
-    # A step that is not a number is within every range.
-    if step_s is not None and not abs(1000.0 * step_s % 1.0 - 0.5) > 0.5 - 1e-9:
+    if step_s is not None and abs(1000.0 * step_s - round(1000.0 * step_s)) > 1e-9:
         msg = f"{step_s:g} s is not a whole number of milliseconds; allowed: 0.01, 0.125, 0.5, ..."
         raise typer.BadParameter(msg)
     return step_s

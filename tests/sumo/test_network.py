@@ -66,7 +66,7 @@ def test_network_in_the_cache_is_not_built_again(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(subprocess, "run", refuse)
     assert network(line) == first
     kept = sorted(path.name for path in first.parent.iterdir())
-    assert kept == [first.name, first.with_suffix(".sha256").name]
+    assert kept == [first.with_suffix(".sha256").name, first.name]
 
 
 @pytest.mark.parametrize("length", [0, 1000, None])
