@@ -27,7 +27,8 @@ def held(folder: Path) -> Iterator[Path]:
     Parameters
     ----------
     folder
-        Results folder; made if missing, and removed again if it stays empty.
+        Results folder; made if missing, and removed again if it stays empty, with the places
+        above it that were made for it.
 
     Yields
     ------
@@ -39,6 +40,7 @@ def held(folder: Path) -> Iterator[Path]:
     HeldError
         If another command holds it.
     """
+    made = [place for place in (folder, *folder.parents) if not place.exists()]
     lock = _locked(folder)
     try:
         yield _cleaned(folder)
@@ -46,7 +48,8 @@ def held(folder: Path) -> Iterator[Path]:
         with interrupts.undisturbed():
             shutil.rmtree(folder / UNFINISHED, ignore_errors=True)
             with suppress(OSError):
-                folder.rmdir()
+                for place in made or [folder]:
+                    place.rmdir()
             os.close(lock)
 
 
@@ -62,8 +65,8 @@ def _cleaned(folder: Path) -> Path:
 
 def _locked(folder: Path) -> int:
     while True:
-        folder.mkdir(parents=True, exist_ok=True)
         with suppress(FileNotFoundError):
+            folder.mkdir(parents=True, exist_ok=True)
             lock = os.open(folder, os.O_RDONLY)
             try:
                 _lock(lock, folder)

@@ -34,6 +34,8 @@ GRACE_S = 10.0
 """Workers whose parent was killed have so long to notice and to end. [s]"""
 PATIENCE_S = 300.0
 """A command that takes longer hangs. [s]"""
+NOT_YET = "init_import_site"
+"""What Python tells of a signal that comes while it is still beginning."""
 NOTES_OF_TIME = frozenset({"run.json", "provenance.json"})
 
 
@@ -86,6 +88,11 @@ class Place:
         """The results folder."""
         return self.out / SCENARIO.name
 
+    @property
+    def screen(self) -> Path:
+        """What the last command told."""
+        return self.root / "screen.txt"
+
     def clear(self) -> None:
         """Begin anew."""
         for folder in (self.out, self.temporary):
@@ -119,7 +126,7 @@ class Place:
         """Run the study as a user would, in a process group of its own."""
         arguments = [sys.executable, PROJECT / "run.py", SCENARIO, *OPTIONS]
         arguments += ["--seeds", str(self.seeds), "--jobs", "2", "--out", self.out]
-        with tempfile.TemporaryFile("w+") as told:
+        with self.screen.open("w", encoding="utf-8") as told:
             process = subprocess.Popen(  # noqa: S603
                 list(map(str, arguments)),
                 env={**os.environ, "TMPDIR": str(self.temporary)},
@@ -217,9 +224,12 @@ def kill_parent(place: Place, rng: random.Random, span_s: float, figures: Figure
             what = f"{number.name} to a command"
             check_after(place, process.pid, before, what, figures, earlier)
         usual = {0} if over else {0, 130, -number}
-        if process.returncode not in usual:
+        told = place.screen.read_text("utf-8")
+        # A signal may come before Python has begun to read the program.
+        if process.returncode not in usual and NOT_YET not in told:
             figures.odd += 1
-            figures.complain(f"{number.name} to a command: status {process.returncode}")
+            last = told.strip().rpartition("\n")[2]
+            figures.complain(f"{number.name} to a command: status {process.returncode}, {last}")
     return over
 
 
