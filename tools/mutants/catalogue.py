@@ -11,6 +11,7 @@ OVER_RADIO = "controllers/protection/over_radio.py"
 CONTROL_MAP = "controllers/protection/control_map.py"
 BRAKE = "train.service_brake_mps2 * (grid_m - origin_m)"
 TAIL = "tail_m = front_m - self._world.length_m"
+TOUCHED = "[train]:\n            circuit = circuits.piece[place]\n            touched_s[circuit] ="
 EMERGENCY = "brakes = emergency(memory.emergency, state, radio.heard_s, HORIZON_S)"
 
 
@@ -83,7 +84,7 @@ MUTANTS: tuple[Mutant, ...] = (
     _mutant(
         "limits over the front only",
         "moving",
-        (PROFILE, "rear_limit_m(limit.end_m, train.length_m)", "rear_limit_m(limit.end_m, 0.0)"),
+        (PROFILE, "rear_limit_m(one.end_m, train.length_m)", "rear_limit_m(one.end_m, 0.0)"),
     ),
     _mutant(
         "points released 60 m early (leaders)",
@@ -105,8 +106,8 @@ MUTANTS: tuple[Mutant, ...] = (
             controller,
             (
                 "railway/detection.py",
-                "circuits.end_m[place] > tail_m[train]",
-                "circuits.end_m[place] > front_m[train]",
+                f"circuits.end_m[place] > tail_m{TOUCHED}",
+                f"circuits.end_m[place] > front_m{TOUCHED}",
             ),
         )
         for controller in ("atc", "atd")
@@ -114,14 +115,18 @@ MUTANTS: tuple[Mutant, ...] = (
     _mutant(
         "authority 2 s old",
         "moving",
-        ("railway/loop.py", "    steps = 0\n", "    steps, given = 0, []\n"),
+        (
+            "railway/loop.py",
+            "    steps, now_s, failure =",
+            "    given = []\n    steps, now_s, failure =",
+        ),
         (
             "railway/loop.py",
             "authority, permitted = protection.authorise(state, permitted)",
             (
                 "authority, permitted = protection.authorise(state, permitted)\n"
-                "        given.append(authority)\n"
-                "        authority = given[max(len(given) - 1 - round(2.0 / world.step_s), 0)]"
+                "            given.append(authority)\n"
+                "            authority = given[max(len(given) - 1 - round(2.0 / world.step_s), 0)]"
             ),
         ),
     ),
@@ -140,8 +145,8 @@ MUTANTS: tuple[Mutant, ...] = (
         "moving",
         (
             "railway/tracker.py",
-            "np.minimum(self._leaders.granted_m, obstructed_m)",
-            "np.minimum(self._leaders.granted_m, np.inf)",
+            "np.minimum(granted_m, known.obstructed_m)",
+            "np.minimum(granted_m, np.inf)",
         ),
     ),
     _mutant(
@@ -210,11 +215,11 @@ MUTANTS: tuple[Mutant, ...] = (
         "traction +10 %",
         "moving",
         (
-            DRIVE,
-            "gains.append(step_s * kind.level_acceleration_mps2(half_way))",
+            "controllers/pull.py",
+            "gains.append(step_s * kind.level_acceleration_mps2(np.maximum(half_way, 0.0)))",
             (
                 "more_mps2 = 0.1 * kind.traction.force_n(half_way) / kind.inertial_mass_kg\n"
-                "        more_mps2 += kind.level_acceleration_mps2(half_way)\n"
+                "        more_mps2 += kind.level_acceleration_mps2(np.maximum(half_way, 0.0))\n"
                 "        gains.append(step_s * more_mps2)"
             ),
         ),
@@ -225,7 +230,7 @@ MUTANTS: tuple[Mutant, ...] = (
             "moving",
             (
                 DRIVE,
-                "next_mps[train] = min(wish, emergency)",
+                "next_mps[train] = max(min(wish, emergency), 0.0)",
                 (
                     "least = min(wish, emergency)\n"
                     f"        harder = speed - {times} * (speed - least)\n"
@@ -240,8 +245,8 @@ MUTANTS: tuple[Mutant, ...] = (
         "atc",
         (
             "controllers/protection/code_table.py",
-            "return self.idle_time_s + 2.0 * self.step_s",
-            "return 2.0 * self.step_s",
+            "return self.idle_time_s + steps * self.step_s",
+            "return steps * self.step_s",
         ),
     ),
     _mutant(
