@@ -56,6 +56,8 @@ class Reasons:
         self._controller = controller.name
         self._causes = beside(places - 1), size - 1
         self._nothing = np.full(size, NOTHING, dtype=np.intp)
+        self._never_bound = np.full(size, Bound.TRACTION, dtype=np.intp)
+        self._checked: IntArray = np.zeros(0, dtype=np.intp)
 
     def _declared(self, words: object) -> tuple[str, ...]:
         if not isinstance(words, tuple) or not all(isinstance(word, str) for word in words):
@@ -70,7 +72,7 @@ class Reasons:
             raise ReasonError(msg)
         return words
 
-    def check(self, advice: Advice, command: Command) -> None:
+    def check(self, advice: Advice) -> None:
         """
         Refuse advice for a reason that is not declared; called in every step.
 
@@ -78,19 +80,23 @@ class Reasons:
         ----------
         advice
             What operation asks for.
-        command
-            What the drive makes of it.
 
         Raises
         ------
         ReasonError
-            If a number stands for no word of the operation, or a speed is lowered for none.
+            If a number stands for no word of the operation.
         """
         reason = advice.reason
+        # Many an operation gives the same array as long as nothing changes.
+        if reason is not self._checked:
+            self._check(reason, self._never_bound)
+            self._checked = reason
+
+    def _check(self, reason: IntArray, bound: IntArray) -> None:
         if reason.shape != self._nothing.shape or reason.dtype.kind != "i":
             msg = f"{self._operation} gives its reasons as no whole number for each train"
             raise ReasonError(msg)
-        row = _unexplained(reason, command.bound, len(self.words))
+        row = _unexplained(reason, bound, len(self.words))
         if row >= 0:
             known = ", ".join(f"{number} {word}" for number, word in enumerate(self.words))
             msg = (
@@ -126,8 +132,10 @@ class Reasons:
         Raises
         ------
         ReasonError
-            If what is named is neither a train nor a place beside the track.
+            If a speed is lowered for no reason, or what is named is neither a train nor a place
+            beside the track.
         """
+        self._check(advice.reason, command.bound)
         found = _explain(
             state.running,
             command.bound,

@@ -106,7 +106,7 @@ class Recorder:
         command
             What the drive makes of it.
         """
-        self._reasons.check(advice, command)
+        self._reasons.check(advice)
         at = self._written
         if self._until_sample == 0:
             self._sampled.append(at)
