@@ -109,8 +109,9 @@ class Recorder:
         self._reasons.check(advice)
         at = self._written
         if self._until_sample == 0:
-            self._sampled.append(at)
+            # In this order: a reason that is refused leaves what is recorded whole.
             self._reasoned.append(self._reasons.of(state, authority, advice, command))
+            self._sampled.append(at)
             self._until_sample = self._sample_every
         self._until_sample -= 1
         # Copied at once: arrays that are kept alive for a block cost more than their copies.
