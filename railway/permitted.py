@@ -43,8 +43,8 @@ def permitted_profile(world: World, foresight: Foresight, row: int) -> Profile:
     Returns
     -------
     Profile
-        That of the protection, in the row of the train's type with the ceiling that is
-        permitted on its own tracks with a whole line free ahead.
+        That of the protection, in the row of the train's type with what is permitted on its
+        own tracks with a whole line free ahead.
     """
     profile, kind = foresight.profile, int(world.type_index[row])
     grid_m = profile.grid_m
@@ -61,9 +61,9 @@ def permitted_profile(world: World, foresight: Foresight, row: int) -> Profile:
 
     def with_braking(braking: Sequence[_Braking]) -> Profile:
         met_mps = _met_mps(front_m, bound_mps, potential_m2ps2, braking)
-        ceilings_m2ps2 = profile.ceiling_m2ps2.copy()
-        ceilings_m2ps2[kind, inside] = np.minimum(ceiling_m2ps2, 0.5 * met_mps**2)
-        return replace(profile, ceiling_m2ps2=ceilings_m2ps2)
+        permitted_m2ps2 = profile.ceiling_m2ps2.copy()
+        permitted_m2ps2[kind, inside] = np.minimum(ceiling_m2ps2, 0.5 * met_mps**2)
+        return replace(profile, permitted_m2ps2=permitted_m2ps2)
 
     falls = _falls(bound_mps, ceiling_mps)
     # At first as if every train entered as fast as it may: nobody brakes later than that.

@@ -59,6 +59,8 @@ class Profile:
     """Deceleration by gradient and curves, mean over the train. [m/s2]"""
     curve_drag_mps2: FloatArray
     """The curves' part of it. [m/s2]"""
+    permitted_m2ps2: FloatArray | None = None
+    """Half the square of what protection permits at the grid, if it is less. [m2/s2]"""
 
     @property
     def end_m(self) -> float:

@@ -184,6 +184,8 @@ def way_on(
     cap = np.minimum(profile.ceiling_at_m2ps2(row, chainage_m), into_end)
     if ceiling_m2ps2 is not None:
         cap = np.minimum(cap, along(ceiling_m2ps2))
+    if profile.permitted_m2ps2 is not None:
+        cap = np.minimum(cap, along(profile.permitted_m2ps2[row]))
     limits = profile.limits[row]
     middle_m = 0.5 * (chainage_m[1:] + chainage_m[:-1])
     piece = np.searchsorted(limits.start_m, middle_m, side="right") - 1

@@ -179,7 +179,7 @@ def _sequence_faults(
             problem = f"stops at {stops[1].stop_km:g}, not after the stop of row {before.row}"
             allowed = f"a platform track whose stop lies after {stops[0].stop_km:g}"
             faults.append(table.fault(after, "track", problem, allowed))
-        if seconds(after.arrival) < seconds(before.departure):
+        if after.arrival < before.departure:
             problem = f"{after.arrival} is earlier than the departure of row {before.row}"
             allowed = f"from {before.departure}{next_day(before.departure, after.arrival)}"
             faults.append(table.fault(after, "arrival", problem, allowed))
@@ -341,8 +341,9 @@ def _order_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
             for kind, place in places.items():
                 leader = last.get((kind, place))
                 found = _order_fault(timetable, kind, leader, here) if leader else []
-                faults += found if train not in told else []
-                told |= {train for fault in found if "midnight" in fault.allowed}
+                if found and train not in told:
+                    faults += found
+                    told |= {train for fault in found if "midnight" in fault.allowed}
                 last[kind, place] = here
     return faults
 
@@ -358,13 +359,14 @@ def _order_fault(
 ) -> list[Fault]:
     table = timetable.calls
     if kind == "platform":
-        if seconds(follower.arrival) >= seconds(leader.departure):
+        # Times of one form sort as they follow each other.
+        if follower.arrival >= leader.departure:
             return []
         problem = f"track {follower.track!r} is taken by train {leader.train!r} of row {leader.row}"
         allowed = f"from {leader.departure}{next_day(leader.departure, follower.arrival)}"
         return [table.fault(follower, "arrival", problem, allowed)]
     before, after = getattr(leader, kind), getattr(follower, kind)
-    if seconds(after) > seconds(before):
+    if after > before:
         return []
     problem = f"overtakes train {leader.train!r} of row {leader.row} on one track"
     allowed = f"after {before}, the order of {timetable.services.file} on every shared track"

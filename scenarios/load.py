@@ -335,6 +335,7 @@ def _to_train_type(name: str, entry: schema.TrainEntry) -> TrainType:
 
 def _to_timetable(timetable: TimetableTables, line: LineTables) -> Timetable:
     minimum_s = {row.station: row.minimum_dwell_s for row in timetable.dwell_stations}
+    stop_m = {place: metres(platform.stop_km) for place, platform in line.platform_at.items()}
     calls = calls_by_train(timetable)
     sections = line.sections
     return Timetable(
@@ -351,7 +352,7 @@ def _to_timetable(timetable: TimetableTables, line: LineTables) -> Timetable:
                     Call(
                         station=call.station,
                         track=call.track,
-                        stop_m=metres(line.platform_at[call.station, call.track].stop_km),
+                        stop_m=stop_m[call.station, call.track],
                         arrival_s=float(seconds(call.arrival)),
                         departure_s=float(seconds(call.departure)),
                         minimum_dwell_s=minimum_s[call.station],

@@ -81,7 +81,7 @@ def test_a_peer_that_is_no_name_is_refused(folder: Path) -> None:
     replace(folder, "scenario.toml", LAYERS, 'peer = "sumo native"\n')
     ((where, _, allowed),) = faults_of(folder)
     assert where == "controllers.plain.peer"
-    assert "letters, digits" in allowed
+    assert "letters a-z and A-Z, digits" in allowed
 
 
 def test_an_unknown_peer_is_refused() -> None:

@@ -98,11 +98,20 @@ def test_a_study_without_room_names_the_place_before_any_run(
     monkeypatch.setattr(tempfile, "TemporaryFile", full)
     with pytest.raises(OSError, match="No space left") as caught:
         study.run_study(chosen, tmp_path / "out")
-    assert caught.value.filename == f"{tmp_path / 'out'} (results)"
-    monkeypatch.undo()
-    monkeypatch.setattr(tempfile, "tempdir", NOWHERE)
+    assert caught.value.filename == f"{tmp_path / 'out' / 'small'} (results)"
+
+
+def test_a_run_without_room_for_temporary_files_names_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chosen = study.choose(write_scenario(tmp_path / "small"))
+
+    def nowhere() -> str:
+        raise FileNotFoundError(2, "No usable temporary directory found")
+
+    monkeypatch.setattr(tempfile, "gettempdir", nowhere)
     with pytest.raises(OSError, match="TMPDIR"):
-        study.run_study(chosen, tmp_path / "out")
+        study.run_once(chosen.scenario, chosen.specs[0], 1, chosen.step_s)
 
 
 @pytest.mark.parametrize(

@@ -97,8 +97,9 @@ def test_short_of_the_stop_position_a_train_stands_even_at_the_platform(world: W
         (700.0, 0.0, 20.0),
         (1100.0, 2.0, 0.0),
         (100.0, 2.0, 0.0),
-        # Off the platform at 310 m after 10 s, rounded up to a step.
-        (290.1, 2.0, 10.0),
+        (290.1, 2.0, 0.0),
+        # The tail of 200 m is off the platform at 310 m after 10 s, rounded up to a step.
+        (490.1, 2.0, 10.0),
     ],
 )
 def test_crawling_counts_below_ten_kmh_outside_platforms_only(

@@ -279,8 +279,8 @@ def test_trains_that_have_not_finished_have_a_heading_of_their_own(tmp_path: Pat
     replace(folder, "scenario.toml", "patience_min = 10.0", "patience_min = 0.0")
     replace(folder, "scenario.toml", "[[overstays]]", LONG_OVERSTAY)
     told = kankaku(folder, "--out", tmp_path / "out").complaints
-    assert "Not all trains had finished" in told
-    assert "had not finished when patience_min = 0 ended the run (plain, seed 7)" in told
+    assert "3 trains had not finished when patience_min = 0 ended the run" in told
+    assert "plain (seed 7): " in told
 
 
 def test_a_scenario_that_a_script_changes_is_another_one(folder: Path) -> None:
