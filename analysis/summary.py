@@ -22,7 +22,9 @@ SUMMARY = (
     Column("interstation_stop_time_s", "float64", "s", "running trains at a stand for 1 s or more"),
     Column("interstation_stops", "int64", "", "how often"),
     Column("interstation_stop_trains", "int64", "", "how many different trains"),
-    Column("interstation_crawl_time_s", "float64", "s", "below 10 km/h off platforms, with stops"),
+    Column(
+        "interstation_crawl_time_s", "float64", "s", "below 10 km/h off its platforms, with stops"
+    ),
     Column(
         "mean_arrival_delay_s",
         "float64",

@@ -1,18 +1,23 @@
 """Energy-saving driving on the line: to the second, and again after a hindrance."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 import controllers.operation.eco as operation
 from controllers.operation.eco import EcoOptions
 from controllers.options import OptionError
-from railway.eco_run import eco
+from railway.eco_run import eco, eco_run
 from railway.line import Gradient, SpeedLimit
 from railway.records import RunRecord
+from railway.run_curve import fastest_run, timed_run
 from railway.scenario import Scenario
 from railway.state import Reason
-from tests.property.runs import run
-from tests.worlds import two_station_scenario
+from tests.property.runs import run, solo_scenario
+from tests.worlds import commuter_train, two_station_scenario
 
 LIMITS = [SpeedLimit(900.0, 1200.0, 15.0)]
 GRADIENTS = [Gradient(400.0, 900.0, 0.006), Gradient(1300.0, 1900.0, -0.008)]
@@ -43,6 +48,59 @@ def test_with_slack_a_train_arrives_at_the_booked_time_and_saves(run_s: float) -
     assert -0.5 <= late_s <= 0.5
     assert net_j(record) < 0.95 * net_j(fastest)
     assert record.violations == ()
+
+
+def uphill(force_n: float, ramp_m: float, slack_s: float, step_s: float) -> Scenario:
+    """A ramp of 55 permil, which takes 0.50 m/s2 of the train's traction or more than it has."""
+    train = commuter_train()
+    train = replace(train, traction=replace(train.traction, starting_force_n=force_n))
+    ramp = [Gradient(1500.0, 1500.0 + ramp_m, 0.055)]
+    scenario = solo_scenario(train, [300.0, 4000.0], 4300.0, gradients=ramp, step_s=step_s)
+    (service,) = scenario.timetable.services
+    start, stop = service.calls
+    shortest_s = fastest_run(scenario.line, train, start.stop_m, stop.stop_m).run_time_s
+    start = replace(start, departure_s=start.arrival_s + 10.0)
+    arrival_s = start.departure_s + shortest_s + slack_s
+    stop = replace(stop, arrival_s=arrival_s, departure_s=arrival_s + 10.0)
+    booked = replace(service, calls=(start, stop))
+    return replace(scenario, timetable=replace(scenario.timetable, services=(booked,)))
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    st.floats(205e3, 260e3),
+    st.floats(200.0, 900.0),
+    st.floats(2.0, 150.0),
+    st.sampled_from([0.1, 0.2, 0.5]),
+)
+@example(215e3, 1000.0, 62.4, 0.5)
+@example(200e3, 400.0, 60.0, 0.1)
+def test_near_the_limit_of_traction_a_train_climbs_saves_and_is_in_time(
+    force_n: float, ramp_m: float, slack_s: float, step_s: float
+) -> None:
+    scenario = uphill(force_n, ramp_m, slack_s, step_s)
+    record, _ = run(scenario, "eco")
+    assert record.violations == ()
+    late_s = record.arrival_s[0, 1] - record.world.booked_arrival_s[0, 1]
+    assert late_s <= 2.0 * step_s + 1e-6
+
+
+@pytest.mark.parametrize("force_n", [200e3, 215e3, 225e3, 400e3])
+@pytest.mark.parametrize("slack_s", [5.0, 20.0, 60.0])
+def test_a_run_by_coasting_and_one_of_least_energy_agree_on_what_can_be_climbed(
+    force_n: float, slack_s: float
+) -> None:
+    scenario = uphill(force_n, 400.0, slack_s, 0.1)
+    (train,) = scenario.train_types.values()
+    ends_m = 300.0, 4000.0
+    run_time_s = fastest_run(scenario.line, train, *ends_m).run_time_s + slack_s
+    for curve in (
+        timed_run(scenario.line, train, *ends_m, run_time_s),
+        eco_run(scenario.line, train, *ends_m, run_time_s).curve,
+    ):
+        assert curve.run_time_s == pytest.approx(run_time_s, abs=0.011)
+        on_ramp = (curve.chainage_m > 1400.0) & (curve.chainage_m < 2200.0)
+        assert curve.speed_mps[on_ramp].min() > 1.0
 
 
 def test_without_slack_a_train_runs_as_fast_as_it_may() -> None:

@@ -1,5 +1,7 @@
 """Stops and crawling between stations, found in steps laid out by hand and in runs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -97,17 +99,36 @@ def test_short_of_the_stop_position_a_train_stands_even_at_the_platform(world: W
         (700.0, 0.0, 20.0),
         (1100.0, 2.0, 0.0),
         (100.0, 2.0, 0.0),
-        (290.1, 2.0, 0.0),
-        # The tail of 200 m is off the platform at 310 m after 10 s, rounded up to a step.
+        # The tail is off the platform at 310 m after 10 s, rounded up to a step.
         (490.1, 2.0, 10.0),
+        # The front is in the next platform at 1090 m after 10 s.
+        (1070.1, 2.0, 10.0),
+        # Held before the next platform.
+        (1089.0, 0.0, 20.0),
     ],
 )
-def test_crawling_counts_below_ten_kmh_outside_platforms_only(
+def test_crawling_counts_below_ten_kmh_with_no_part_in_a_platform_of_its_own(
     world: World, at_m: float, speed_mps: float, expected_s: float
 ) -> None:
     watch = StandstillWatch(world)
     watch.add(block(0.0, *crawling(at_m, speed_mps, 20.0)))
     assert watch.crawl_s.tolist() == [pytest.approx(expected_s)]
+
+
+def test_who_leaves_a_platform_that_ends_at_the_stop_does_not_crawl() -> None:
+    scenario = two_station_scenario(1, step_s=STEP_S)
+    short = tuple(replace(place, end_m=place.stop_m) for place in scenario.line.platforms)
+    record, _ = run(replace(scenario, line=replace(scenario.line, platforms=short)))
+    assert record.crawl_s.tolist() == [0.0]
+
+
+def test_in_the_platform_of_another_track_or_station_a_train_crawls(world: World) -> None:
+    # On the way to its second call, the train is in neither of its platforms.
+    line = world.line
+    other = replace(line.platforms[0], start_m=600.0, end_m=900.0, station="elsewhere")
+    watch = StandstillWatch(replace(world, line=replace(line, platforms=(*line.platforms, other))))
+    watch.add(block(0.0, *crawling(850.0, 2.0, 20.0)))
+    assert watch.crawl_s.tolist() == [20.0]
 
 
 def followers_stand_s(overstay_s: float) -> float:
