@@ -231,12 +231,12 @@ class Running:
                     failures.forget(self._folder, failures.TROUBLE)
                 self._result.summary, self._result.sweep = findings
                 return
+            interrupts.check()
             if failure is not None:
                 what = "the figures could not be drawn" if figures else "no summary was written"
                 told = f"{what}: {failure.sentence}"
                 told = failures.noted_sentence(self._folder, failures.TROUBLE, told, failure)
                 self._result.troubles.append(told)
-            interrupts.check()
 
     def _publish_to(
         self, work: Path, wall_s: float, *, figures: bool

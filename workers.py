@@ -170,6 +170,9 @@ def _in_this_process(
         result, failure = attempt(lambda: perform(task, report))
     finally:
         tempfile.tempdir = usual
+    if failure is not None:
+        # C code may have made another error of an interrupt.
+        interrupts.check()
     return _done(task, result, failure, reported[-1] if reported else None)
 
 
@@ -324,6 +327,9 @@ def _work(connection: Connection, perform: Perform[Any, Any], folder: Path) -> N
         with suppress(EOFError, OSError):
             while (task := connection.recv()) is not None:
                 told = attempt(partial(perform, task, partial(_report, connection)))
+                if _left:
+                    # C code may have made another error of it.
+                    break
                 _, failure = attempt(partial(connection.send, told))
                 if failure is not None:
                     connection.send((None, failure))
@@ -335,7 +341,12 @@ def _report(connection: Connection, progress: float) -> None:
     connection.send(float(progress))
 
 
-def _leave(_: int, __: FrameType | None) -> NoReturn:
+_left: list[int] = []
+"""The signal that this worker has been told to end by."""
+
+
+def _leave(number: int, _: FrameType | None) -> NoReturn:
+    _left.append(number)
     # Ends a run wherever it is; what it keeps in folders of its own is removed on the way.
     sys.exit(128 + signal.SIGTERM)
 
