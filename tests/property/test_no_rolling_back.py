@@ -39,7 +39,7 @@ def test_no_command_is_ever_negative_and_whoever_cannot_climb_stands_unaccused(
     )
     track = scenario.line.sections[0].tracks[0]
     line = replace(scenario.line, blocks=blocks_every(track, 250.0))
-    scenario = replace(scenario, line=line, patience_s=200.0)
+    scenario = replace(scenario, line=line, patience_s=100.0)
     by_radio = protection == "over radio"
     layer = "moving_block" if by_radio else protection
     spec = ControllerSpec("test", layer, operation, {}, {}, radio=by_radio)
