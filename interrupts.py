@@ -30,7 +30,7 @@ class _Swallowed:
 
     def __call__(self, told: "sys.UnraisableHookArgs") -> None:
         """Tell of anything else; an interrupt is raised again at the next :func:`check`."""
-        if not issubclass(told.exc_type, KeyboardInterrupt):
+        if not issubclass(told.exc_type, (KeyboardInterrupt, SystemExit)):
             self._usual(told)
 
 
@@ -52,14 +52,19 @@ def end_with_parent() -> None:
 
 
 def at_work() -> None:
-    """Let whoever knows more look after the parent."""
+    """Let whoever knows more look after the parent, and a worker that is ended do so quietly."""
     _at_work.set()
+    _keep_quiet()
+
+
+def _keep_quiet() -> None:
+    if not isinstance(sys.unraisablehook, _Swallowed):
+        sys.unraisablehook = _Swallowed()
 
 
 def end_as_by_ctrl_c() -> None:
     """Let a closed terminal or a kill interrupt like Ctrl-C; what is ignored stays ignored."""
-    if not isinstance(sys.unraisablehook, _Swallowed):
-        sys.unraisablehook = _Swallowed()
+    _keep_quiet()
     _handle(_interrupt)
 
 
