@@ -21,7 +21,7 @@ from holding import held
 from railway.faults import Fault
 from railway.feasibility import assess
 from railway.loop import simulate
-from railway.places import refuse_unwritable, temporary_folder
+from railway.places import CACHE, chosen_cache, refuse_unwritable, temporary_folder
 from railway.records import RunRecord
 from railway.scenario import ControllerSpec, Scenario
 from railway.world import World, build_world
@@ -211,6 +211,8 @@ def run_study(
     world = world_of(study.scenario, study.step_s)
     for spec in study.specs:
         controllers.build(spec, world, study.scenario.radio)
+    if cache := chosen_cache():
+        refuse_unwritable(cache, CACHE)
     with held(folder) as work:
         refuse_unwritable(folder, "results")
         running = Running(study, folder, work, world)

@@ -79,7 +79,7 @@ def refuse_unwritable(folder: Path, what: str) -> None:
     Parameters
     ----------
     folder
-        An existing folder.
+        Any path; the folder is made if it is missing.
     what
         What it is for, as a user calls it.
 
@@ -89,6 +89,7 @@ def refuse_unwritable(folder: Path, what: str) -> None:
         With the folder and what it is for as its file name.
     """
     try:
+        folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder) as file:
             file.write(bytes(_TRIED_BYTES))
     except OSError as error:
