@@ -247,10 +247,13 @@ def sakai_table() -> str:
 
 
 def headways_table() -> str:
-    """Return the technical headways of the rush hour by station, as simulated."""
+    """Return the technical headways of the rush hour by station, by blocking times."""
     table = pd.read_csv(OUT / "rush_hour_capacity" / "headways.csv")
     wide = table.pivot_table(
-        index=["station", "dwell_s"], columns="controller", values="headway_s", sort=False
+        index=["station", "dwell_s"],
+        columns="controller",
+        values="blocking_time_headway_s",
+        sort=False,
     )
     rows = [
         [place, f"{dwell_s:.0f}", *(f"{value:.1f}" for value in row)]
