@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 import interrupts
 import run
+import screen
 from tests.unit.scenario_folder import write_scenario
 
 PROJECT = Path(__file__).parents[2]
@@ -41,6 +42,8 @@ class Screen:
 
 def kankaku(*arguments: str | Path, width: int = 200) -> Screen:
     """Run the command in this process."""
+    # Said to the consoles, too: what stood in the environment when they were made counts as well.
+    screen.answers.width = screen.console.width = width
     environment = {"COLUMNS": str(width), "TERM": "dumb", "NO_COLOR": "1"}
     done = CliRunner().invoke(run.app, [str(part) for part in arguments], env=environment)
     if done.exception and not isinstance(done.exception, SystemExit):
