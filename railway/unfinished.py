@@ -1,6 +1,5 @@
 """Why trains had not finished when a run ended."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +9,7 @@ from railway.feasibility import gradients, starting_needs_n
 from railway.obstructions import Disruptions
 from railway.records import Unfinished
 from railway.state import Authority, LineState
+from railway.trackside import places_beside
 from railway.world import World
 
 STANDING_MPS = 0.05
@@ -96,19 +96,10 @@ def _ahead(world: World, ending: Ending, row: int) -> tuple[str, str]:
     start_m = np.where(in_force, wayside.start_m, np.inf)
     nearest_m = float(start_m.min(initial=np.inf))
     if nearest_m <= state.clear_to_m[row]:
-        return "obstruction", _obstruction_names(world, ending.disruptions)[int(start_m.argmin())]
+        return "obstruction", places_beside(world.line, ending.disruptions)[int(start_m.argmin())]
     if leader >= 0 and state.clear_to_m[row] < world.far_m:
         return "train_ahead", world.timetable.trains[leader]
     return "", ""
-
-
-def _obstruction_names(world: World, disruptions: Disruptions) -> Sequence[str]:
-    """Return the names of the columns of the wayside's state."""
-    return [
-        *(turnout.id for turnout in world.line.turnouts),
-        *(crossing.id for crossing in world.line.crossings),
-        *(closure.id for closure in disruptions.closures),
-    ]
 
 
 def _at_origin(world: World, state: LineState, row: int) -> str:
