@@ -2,12 +2,12 @@
 
 import os
 
-from railway.places import plotting_folder
+from kankaku.railway.places import plotting_folder
 
 # Matplotlib looks for it once, when it is imported, and complains where home cannot be written.
 os.environ["MPLCONFIGDIR"] = plotting_folder()
 
-from analysis.capacity import (
+from kankaku.analysis.capacity import (
     Assessment,
     Occupation,
     Stretches,
@@ -16,27 +16,27 @@ from analysis.capacity import (
     pattern_text,
     percent_of,
 )
-from analysis.capacity_publishing import CAPACITY_FILES, CapacityTables, publish_capacity
-from analysis.compare import change_pct, comparison, comparison_note, comparison_texts
-from analysis.delay import delay_s, technical_run_times_s
-from analysis.dependability import Endurance, availability_texts, fault_tree_texts
-from analysis.dependability_publishing import (
+from kankaku.analysis.capacity_publishing import CAPACITY_FILES, CapacityTables, publish_capacity
+from kankaku.analysis.compare import change_pct, comparison, comparison_note, comparison_texts
+from kankaku.analysis.delay import delay_s, technical_run_times_s
+from kankaku.analysis.dependability import Endurance, availability_texts, fault_tree_texts
+from kankaku.analysis.dependability_publishing import (
     DEPENDABILITY_FILES,
     DependabilityTables,
     publish_dependability,
 )
-from analysis.faults import FaultTables, fault_texts, publish_faults
-from analysis.interval_diagram import interval_figure
-from analysis.publishing import Findings, publish
-from analysis.radio_load import CellPoint, LoadCase, late_share
-from analysis.radio_publishing import RADIO_FILES, RadioTables, publish_radio
-from analysis.radio_texts import radio_load_texts, radio_sentences
-from analysis.report import unfinished_heading
-from analysis.results import RESULT_FILES, Results, read_results, refuse_foreign, run_folder
-from analysis.saved_run import SavedRun, SavedRunError, read_saved_run
-from analysis.speed_distance import Curve, Panel, follower_panels, speed_distance_figure
-from analysis.summary import summary_frame
-from analysis.sweep import (
+from kankaku.analysis.faults import FaultTables, fault_texts, publish_faults
+from kankaku.analysis.interval_diagram import interval_figure
+from kankaku.analysis.publishing import Findings, publish
+from kankaku.analysis.radio_load import CellPoint, LoadCase, late_share
+from kankaku.analysis.radio_publishing import RADIO_FILES, RadioTables, publish_radio
+from kankaku.analysis.radio_texts import radio_load_texts, radio_sentences
+from kankaku.analysis.report import unfinished_heading
+from kankaku.analysis.results import RESULT_FILES, Results, read_results, refuse_foreign, run_folder
+from kankaku.analysis.saved_run import SavedRun, SavedRunError, read_saved_run
+from kankaku.analysis.speed_distance import Curve, Panel, follower_panels, speed_distance_figure
+from kankaku.analysis.summary import summary_frame
+from kankaku.analysis.sweep import (
     SweepTables,
     headway_margin_s,
     measured_frame,
@@ -47,7 +47,7 @@ from analysis.sweep import (
     sweep_tables,
     sweep_texts,
 )
-from analysis.tables import RunTables, read_run, run_tables, write_run
+from kankaku.analysis.tables import RunTables, read_run, run_tables, write_run
 
 __all__ = [
     "CAPACITY_FILES",

@@ -7,15 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-
-from analysis.figures import KMH_PER_MPS, label_of
-from analysis.schema import rows_frame, rows_of
-from railway.arrays import FloatArray
-from railway.headway import Headway
-from railway.journey import Journey
-from railway.pattern import BUSIEST_S, PeakPattern, total_dwell_s
-from railway.records import Column
-from railway.timetable import Service, Timetable
+from kankaku.analysis.figures import KMH_PER_MPS, label_of
+from kankaku.analysis.schema import rows_frame, rows_of
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.headway import Headway
+from kankaku.railway.journey import Journey
+from kankaku.railway.pattern import BUSIEST_S, PeakPattern, total_dwell_s
+from kankaku.railway.records import Column
+from kankaku.railway.timetable import Service, Timetable
 
 HEADWAYS = (
     Column("controller", "str", "", "name of the controller"),

@@ -3,12 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-
-from analysis.capacity import LEVELS, Assessment
-from analysis.figures import (
+from kankaku.analysis.capacity import LEVELS, Assessment
+from kankaku.analysis.figures import (
     BOOKED,
     INK,
     KMH_PER_MPS,
@@ -19,6 +15,9 @@ from analysis.figures import (
     spread,
     style,
 )
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 TARGETS = (
     ("A", 30.0, (120.0, 150.0)),

@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
-
-from analysis.capacity import (
+from kankaku.analysis.capacity import (
     BLOCKING_TIMES,
     CAPACITY,
     CAPACITY_TABLES,
@@ -16,12 +15,12 @@ from analysis.capacity import (
     capacity_frame,
     headways_frame,
 )
-from analysis.capacity_diagram import capacity_figure
-from analysis.capacity_stairway import stairway_figure
-from analysis.figures import write_figure
-from analysis.results import COLUMNS, STATIONS, columns_frame, stations_frame
-from analysis.schema import csv_text, json_text, write_whole
-from railway.scenario import Scenario
+from kankaku.analysis.capacity_diagram import capacity_figure
+from kankaku.analysis.capacity_stairway import stairway_figure
+from kankaku.analysis.figures import write_figure
+from kankaku.analysis.results import COLUMNS, STATIONS, columns_frame, stations_frame
+from kankaku.analysis.schema import csv_text, json_text, write_whole
+from kankaku.railway.scenario import Scenario
 
 CAPACITY_FILES = ("capacity.csv", "columns.csv")
 """Every results folder of this kind has them."""

@@ -1,10 +1,9 @@
 """Ride comfort: how much the acceleration of trains changes from second to second."""
 
 import numpy as np
-
-from railway.arrays import FloatArray
-from railway.recorder import DWELLING
-from railway.records import RunRecord
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.recorder import DWELLING
+from kankaku.railway.records import RunRecord
 
 
 def jerk_mps3(record: RunRecord) -> FloatArray:

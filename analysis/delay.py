@@ -20,10 +20,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-
-from railway.arrays import FloatArray
-from railway.run_curve import fastest_run
-from railway.world import World
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.run_curve import fastest_run
+from kankaku.railway.world import World
 
 AFFECTED_S = 10.0
 """A train is affected when others made it later than this at any call. [s]"""

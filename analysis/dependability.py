@@ -5,11 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-
-from analysis.schema import rows_frame
-from railway.availability import Configuration, Estimate, Outages, availability, estimate
-from railway.fault_tree import FaultTree, joint_probability, minimal_cut_sets, top_probability
-from railway.records import Column
+from kankaku.analysis.schema import rows_frame
+from kankaku.railway.availability import Configuration, Estimate, Outages, availability, estimate
+from kankaku.railway.fault_tree import (
+    FaultTree,
+    joint_probability,
+    minimal_cut_sets,
+    top_probability,
+)
+from kankaku.railway.records import Column
 
 HOUR_S = 3600.0
 GIGAHOURS = 1e9

@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
-
-from analysis.dependability import (
+from kankaku.analysis.dependability import (
     AVAILABILITY,
     CUT_SETS,
     DEPENDABILITY_TABLES,
@@ -18,11 +17,11 @@ from analysis.dependability import (
     outages_frame,
     top_events_frame,
 )
-from analysis.dependability_figures import availability_figure, fault_tree_figure
-from analysis.figures import write_figure
-from analysis.results import COLUMNS, columns_frame
-from analysis.schema import csv_text, json_text, write_whole
-from railway.fault_tree import FaultTree
+from kankaku.analysis.dependability_figures import availability_figure, fault_tree_figure
+from kankaku.analysis.figures import write_figure
+from kankaku.analysis.results import COLUMNS, columns_frame
+from kankaku.analysis.schema import csv_text, json_text, write_whole
+from kankaku.railway.fault_tree import FaultTree
 
 OF_THE_TREE = ("top_events.csv", "cut_sets.csv", "fault_tree.png", "fault_tree.svg")
 

@@ -3,10 +3,9 @@
 from typing import NamedTuple
 
 import pandas as pd
-
-from analysis.comfort import jerk_mps3
-from analysis.schema import typed_frame
-from railway.records import ENERGY, RunRecord
+from kankaku.analysis.comfort import jerk_mps3
+from kankaku.analysis.schema import typed_frame
+from kankaku.railway.records import ENERGY, RunRecord
 
 JOULES_PER_KWH = 3.6e6
 

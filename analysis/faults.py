@@ -5,10 +5,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
-
-from analysis.results import COLUMNS, columns_frame
-from analysis.schema import csv_text, json_text, rows_frame, rows_of, write_whole
-from railway.records import Column
+from kankaku.analysis.results import COLUMNS, columns_frame
+from kankaku.analysis.schema import csv_text, json_text, rows_frame, rows_of, write_whole
+from kankaku.railway.records import Column
 
 FAULT_RUNS = (
     Column("run", "int64", "", "number of the run"),

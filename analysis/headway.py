@@ -1,9 +1,8 @@
 """Departure-to-arrival intervals (発着時隔) at platform tracks."""
 
 import pandas as pd
-
-from analysis.schema import typed_frame
-from railway.records import Column
+from kankaku.analysis.schema import typed_frame
+from kankaku.railway.records import Column
 
 INTERVALS = (
     Column("station", "str", "", "station identifier"),

@@ -4,9 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-
-from analysis.schema import typed_frame
-from railway.records import INTERSTATION_STOPS, RunRecord
+from kankaku.analysis.schema import typed_frame
+from kankaku.railway.records import INTERSTATION_STOPS, RunRecord
 
 SHORTEST_STOP_S = 1.0
 """A standstill shorter than this is not a stop. [s]"""

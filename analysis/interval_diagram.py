@@ -4,11 +4,19 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+from kankaku.analysis.figures import (
+    BOOKED,
+    INK,
+    colour,
+    dashes,
+    label_of,
+    plain_frame,
+    spread,
+    style,
+)
+from kankaku.analysis.sweep import SweepTables, shortenings_s
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-
-from analysis.figures import BOOKED, INK, colour, dashes, label_of, plain_frame, spread, style
-from analysis.sweep import SweepTables, shortenings_s
 
 _LABEL_GAP = 0.045
 """Smallest distance between two labels, of the height of the diagram. [-]"""

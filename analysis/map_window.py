@@ -4,12 +4,11 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-
-from analysis.figures import clock
-from analysis.schema import rows_of
-from analysis.tables import DWELLING, RunTables
-from analysis.zoom import worst_moment
-from railway.scenario import Scenario
+from kankaku.analysis.figures import clock
+from kankaku.analysis.schema import rows_of
+from kankaku.analysis.tables import DWELLING, RunTables
+from kankaku.analysis.zoom import worst_moment
+from kankaku.railway.scenario import Scenario
 
 APPROACH_M = 1000.0
 """Who is nearer to an obstruction than this is on the way to it. [m]"""

@@ -5,28 +5,27 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
-from matplotlib.figure import Figure
-
-from analysis.control_map import control_map_figure
-from analysis.figures import write_figure
-from analysis.interval_diagram import interval_figure
-from analysis.map_window import window_of
-from analysis.report import Shortfalls, report_text, unfinished_heading
-from analysis.results import (
+from kankaku.analysis.control_map import control_map_figure
+from kankaku.analysis.figures import write_figure
+from kankaku.analysis.interval_diagram import interval_figure
+from kankaku.analysis.map_window import window_of
+from kankaku.analysis.report import Shortfalls, report_text, unfinished_heading
+from kankaku.analysis.results import (
     COLUMNS,
     STATIONS,
     WRITTEN_TABLES,
     columns_frame,
     stations_frame,
 )
-from analysis.schema import csv_text, json_text, write_whole
-from analysis.speed_distance import follower_panels, speed_distance_figure
-from analysis.summary import SUMMARY, summary_frame
-from analysis.sweep import SWEPT_TABLES, SweepTables, shown_delays_s, sweep_tables
-from analysis.tables import RunTables
-from analysis.time_distance import time_distance_figure
-from analysis.zoom import worst_moment, zoom_figure
-from railway.scenario import Scenario
+from kankaku.analysis.schema import csv_text, json_text, write_whole
+from kankaku.analysis.speed_distance import follower_panels, speed_distance_figure
+from kankaku.analysis.summary import SUMMARY, summary_frame
+from kankaku.analysis.sweep import SWEPT_TABLES, SweepTables, shown_delays_s, sweep_tables
+from kankaku.analysis.tables import RunTables
+from kankaku.analysis.time_distance import time_distance_figure
+from kankaku.analysis.zoom import worst_moment, zoom_figure
+from kankaku.railway.scenario import Scenario
+from matplotlib.figure import Figure
 
 FIGURES = ("intervals", "speed_distance", "time_distance", "zoom")
 PUBLISHED_FILES = frozenset(
@@ -64,7 +63,7 @@ def publish(
     A sweep has two tables and two figures of its own; the other figures and the report show
     the greatest initial delay. Controllers by radio have a control map in their folders.
 
-    The raw tables are written before, run by run, with :func:`analysis.tables.write_run`.
+    The raw tables are written before, run by run, with :func:`kankaku.analysis.tables.write_run`.
 
     Parameters
     ----------
@@ -73,8 +72,8 @@ def publish(
     scenario
         What was run: its title, line, sweep and published results.
     runs
-        All finished runs, baseline first. Figures and report show those of the first run's
-        seed with the initial delays that :func:`analysis.sweep.shown_delays_s` chooses; only
+        All finished runs, baseline first. Figures and report show those of the first run's seed
+        with the initial delays that :func:`kankaku.analysis.sweep.shown_delays_s` chooses; only
         they need their trajectories.
     provenance
         What was run; anything that JSON can hold.

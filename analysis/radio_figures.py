@@ -3,15 +3,14 @@
 from collections.abc import Sequence
 
 import numpy as np
+from kankaku.analysis.figures import INK, STOP, clock_axis, colour, label_of, plain_frame, style
+from kankaku.analysis.radio_load import MINUTE_S, LoadCase, carried, cell_minutes, grouped
+from kankaku.analysis.radio_load import CellPoint as Point
+from kankaku.analysis.saved_run import SavedRun
+from kankaku.railway.network import Link, RadioPlan
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-
-from analysis.figures import INK, STOP, clock_axis, colour, label_of, plain_frame, style
-from analysis.radio_load import MINUTE_S, LoadCase, carried, cell_minutes, grouped
-from analysis.radio_load import CellPoint as Point
-from analysis.saved_run import SavedRun
-from railway.network import Link, RadioPlan
 
 HEAT = "YlOrRd"
 

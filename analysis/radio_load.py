@@ -5,12 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-
-from analysis.schema import rows_frame, typed_frame
-from railway.arrays import FloatArray
-from railway.network import Link, PublishedLoad, RadioPlan, RadioSystem
-from railway.records import Column
-from railway.traffic import Traffic
+from kankaku.analysis.schema import rows_frame, typed_frame
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.network import Link, PublishedLoad, RadioPlan, RadioSystem
+from kankaku.railway.records import Column
+from kankaku.railway.traffic import Traffic
 
 RADIO_LOAD = (
     Column("system", "str", "", "radio system"),

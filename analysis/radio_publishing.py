@@ -6,10 +6,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
-
-from analysis.figures import label_of, write_figure
-from analysis.radio_figures import cell_capacity_figure, radio_load_figure, round_trip_figure
-from analysis.radio_load import (
+from kankaku.analysis.figures import label_of, write_figure
+from kankaku.analysis.radio_figures import (
+    cell_capacity_figure,
+    radio_load_figure,
+    round_trip_figure,
+)
+from kankaku.analysis.radio_load import (
     CELL_CAPACITY,
     RADIO_LOAD,
     RADIO_TABLES,
@@ -21,10 +24,10 @@ from analysis.radio_load import (
     round_trips_frame,
     utilisation_frame,
 )
-from analysis.results import COLUMNS, columns_frame
-from analysis.saved_run import SavedRun
-from analysis.schema import csv_text, json_text, write_whole
-from railway.network import RadioPlan
+from kankaku.analysis.results import COLUMNS, columns_frame
+from kankaku.analysis.saved_run import SavedRun
+from kankaku.analysis.schema import csv_text, json_text, write_whole
+from kankaku.railway.network import RadioPlan
 
 RADIO_FILES = ("radio_load.csv", "columns.csv")
 """Every results folder of this kind has them."""

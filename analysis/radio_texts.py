@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-
-from analysis.figures import clock, label_of
-from analysis.radio_load import (
+from kankaku.analysis.figures import clock, label_of
+from kankaku.analysis.radio_load import (
     LABELS,
     CellPoint,
     LoadCase,
@@ -16,7 +15,7 @@ from analysis.radio_load import (
     indicators,
     late_share,
 )
-from railway.network import Link, RadioPlan
+from kankaku.railway.network import Link, RadioPlan
 
 _MISSING = "-"
 

@@ -6,13 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-
-from analysis.compare import INDICATORS, comparison, comparison_note, comparison_texts
-from analysis.figures import label_of
-from analysis.schema import rows_of
-from analysis.summary import SUMMARY
-from analysis.sweep import SWEEP_INDICATORS, SweepTables, sweep_texts
-from analysis.tables import DWELLING, PLAN, REASONS, RunTables
+from kankaku.analysis.compare import INDICATORS, comparison, comparison_note, comparison_texts
+from kankaku.analysis.figures import label_of
+from kankaku.analysis.schema import rows_of
+from kankaku.analysis.summary import SUMMARY
+from kankaku.analysis.sweep import SWEEP_INDICATORS, SweepTables, sweep_texts
+from kankaku.analysis.tables import DWELLING, PLAN, REASONS, RunTables
 
 REASON_TEXTS: Mapping[str, str] = {
     "traction": "accelerating",

@@ -6,18 +6,17 @@ from typing import NamedTuple
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
+from kankaku.analysis.figures import KMH_PER_MPS, colour, label_of, plain_frame, style
+from kankaku.analysis.schema import rows_of
+from kankaku.analysis.sweep import following_arrival
+from kankaku.analysis.tables import RunTables
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.line import Line
+from kankaku.railway.scenario import Sweep
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-
-from analysis.figures import KMH_PER_MPS, colour, label_of, plain_frame, style
-from analysis.schema import rows_of
-from analysis.sweep import following_arrival
-from analysis.tables import RunTables
-from railway.arrays import FloatArray
-from railway.line import Line
-from railway.scenario import Sweep
 
 PANEL_WIDTH_IN = 5.4
 PANEL_HEIGHT_IN = 3.4

@@ -4,14 +4,13 @@ from collections.abc import Iterable
 
 import numpy as np
 import pandas as pd
-
-from analysis.delay import propagation
-from analysis.energy import energy_totals
-from analysis.headway import departure_arrival_intervals
-from analysis.interstation import stop_totals
-from analysis.schema import rows_frame
-from analysis.tables import RunTables
-from railway.records import Column
+from kankaku.analysis.delay import propagation
+from kankaku.analysis.energy import energy_totals
+from kankaku.analysis.headway import departure_arrival_intervals
+from kankaku.analysis.interstation import stop_totals
+from kankaku.analysis.schema import rows_frame
+from kankaku.analysis.tables import RunTables
+from kankaku.railway.records import Column
 
 SUMMARY = (
     Column("controller", "str", "", "name of the controller"),

@@ -13,13 +13,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-
-from analysis.headway import departure_arrival_intervals
-from analysis.schema import read_csv, rows_frame, rows_of
-from analysis.tables import RunTables
-from railway.arrays import FloatArray
-from railway.records import Column
-from railway.scenario import Published, Sweep
+from kankaku.analysis.headway import departure_arrival_intervals
+from kankaku.analysis.schema import read_csv, rows_frame, rows_of
+from kankaku.analysis.tables import RunTables
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.records import Column
+from kankaku.railway.scenario import Published, Sweep
 
 SWEPT_INTERVALS = (
     Column("controller", "str", "", "name of the controller"),
@@ -114,7 +113,7 @@ def following_arrival(calls: pd.DataFrame, sweep: Sweep) -> Mapping[str, Any] | 
     Returns
     -------
     Mapping[str, Any] | None
-        Columns :data:`analysis.headway.INTERVALS`; None if no train arrived there.
+        Columns :data:`kankaku.analysis.headway.INTERVALS`; None if no train arrived there.
     """
     intervals = departure_arrival_intervals(calls)
     behind = (intervals["station"] == sweep.station) & (intervals["leader"] == sweep.train)

@@ -8,13 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-from analysis import delay
-from analysis.energy import energy_frame
-from analysis.interstation import stops_frame
-from analysis.schema import csv_text, read_csv, rows_frame, typed_frame, write_whole
-from railway.arrays import FloatArray
-from railway.records import (
+from kankaku.analysis.energy import energy_frame
+from kankaku.analysis.interstation import stops_frame
+from kankaku.analysis.schema import csv_text, read_csv, rows_frame, typed_frame, write_whole
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.records import (
     CALLS,
     OBSTRUCTIONS,
     RAW_TABLES,
@@ -23,7 +21,9 @@ from railway.records import (
     VIOLATIONS,
     RunRecord,
 )
-from railway.state import NO_REASON, NOTHING, Reason
+from kankaku.railway.state import NO_REASON, NOTHING, Reason
+
+from kankaku.analysis import delay
 
 REASONS = tuple(reason.name.lower() for reason in Reason)
 """What may bind a train's speed, as the table ``trajectory`` names it."""
@@ -64,7 +64,7 @@ def run_tables(
         What the run left behind.
     run_times_s
         Shortest run time to each call from the one before, [s], shape (n_trains,
-        n_calls_max); by default :func:`analysis.delay.technical_run_times_s` of the
+        n_calls_max); by default :func:`kankaku.analysis.delay.technical_run_times_s` of the
         record's world, which is the same for all controllers and seeds.
     initial_delay_s
         By how much the train of a sweep overstays; 0 without a sweep. [s]

@@ -4,13 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-
-from analysis.figures import (
+from kankaku.analysis.figures import (
     BOOKED,
     STOP,
     by_train,
@@ -21,8 +15,13 @@ from analysis.figures import (
     station_axis,
     style,
 )
-from analysis.interstation import stop_totals
-from analysis.tables import RunTables
+from kankaku.analysis.interstation import stop_totals
+from kankaku.analysis.tables import RunTables
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 PANEL_WIDTH_IN = 7.0
 PANEL_HEIGHT_IN = 4.3

@@ -5,10 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-
-from analysis.figures import (
+from kankaku.analysis.figures import (
     GRID,
     INK,
     KMH_PER_MPS,
@@ -22,8 +19,10 @@ from analysis.figures import (
     station_axis,
     style,
 )
-from analysis.schema import rows_of
-from analysis.tables import RunTables
+from kankaku.analysis.schema import rows_of
+from kankaku.analysis.tables import RunTables
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 BEFORE_S = 180.0
 AFTER_S = 240.0

@@ -11,24 +11,24 @@ from enum import Enum
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
-from controllers.drive import TractionDrive
-from controllers.operation.approach_point import ApproachPointControl, ApproachPointOptions
-from controllers.operation.close_up import CloseUp, CloseUpOptions
-from controllers.operation.control_map import FollowPlan, FollowPlanOptions
-from controllers.operation.eco import Eco, EcoOptions
-from controllers.operation.two_stage import TwoStage, TwoStageOptions
-from controllers.options import OptionError
-from controllers.peers import PEERS, build_peer
-from controllers.protection.atd import Atd, AtdOptions
-from controllers.protection.control_map import ControlMap, ControlMapOptions
-from controllers.protection.moving_block import MovingBlock, MovingBlockOptions
-from controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
-from controllers.protection.over_radio import OverRadio
-from controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
-from railway.control import Controller
-from railway.radio import LOSSLESS, RadioSpec, keeps_pace
-from railway.scenario import ControllerSpec, Option
-from railway.world import World
+from kankaku.controllers.drive import TractionDrive
+from kankaku.controllers.operation.approach_point import ApproachPointControl, ApproachPointOptions
+from kankaku.controllers.operation.close_up import CloseUp, CloseUpOptions
+from kankaku.controllers.operation.control_map import FollowPlan, FollowPlanOptions
+from kankaku.controllers.operation.eco import Eco, EcoOptions
+from kankaku.controllers.operation.two_stage import TwoStage, TwoStageOptions
+from kankaku.controllers.options import OptionError
+from kankaku.controllers.peers import PEERS, build_peer
+from kankaku.controllers.protection.atd import Atd, AtdOptions
+from kankaku.controllers.protection.control_map import ControlMap, ControlMapOptions
+from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
+from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
+from kankaku.controllers.protection.over_radio import OverRadio
+from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
+from kankaku.railway.control import Controller
+from kankaku.railway.radio import LOSSLESS, RadioSpec, keeps_pace
+from kankaku.railway.scenario import ControllerSpec, Option
+from kankaku.railway.world import World
 
 __all__ = [
     "OPERATIONS",

@@ -11,8 +11,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import NamedTuple
 
-from controllers import OPERATIONS, PROTECTIONS, ControllerError, Registry, choose_layer
-from railway.scenario import ControllerSpec, Option
+from kankaku.railway.scenario import ControllerSpec, Option
+
+from kankaku.controllers import OPERATIONS, PROTECTIONS, ControllerError, Registry, choose_layer
 
 PLUS = "+"
 """Between the layers of a controller that no scenario names; no name in a file has it."""

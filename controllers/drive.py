@@ -1,15 +1,14 @@
 """The drive: the next speed of every train within traction and braking."""
 
 import numpy as np
-
-from controllers.pull import Pull, pull_of, pulled_mps
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled, plain
-from railway.control import Bound, Command
-from railway.kinematics import next_speed_mps
-from railway.profile import at, at_each, braking_loss_mps
-from railway.state import NOTHING, Advice, Authority, LineState
-from railway.world import World
+from kankaku.controllers.pull import Pull, pull_of, pulled_mps
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled, plain
+from kankaku.railway.control import Bound, Command
+from kankaku.railway.kinematics import next_speed_mps
+from kankaku.railway.profile import at, at_each, braking_loss_mps
+from kankaku.railway.state import NOTHING, Advice, Authority, LineState
+from kankaku.railway.world import World
 
 N_BOUNDS = 6
 # Plain numbers, as compiled functions want them.
@@ -21,10 +20,10 @@ class TractionDrive:
     """
     Follows the lowest of six bounds.
 
-    The rows of its bounds are the first six of :class:`~railway.control.Bound`; for a train whose
-    link says that it brakes in emergency nothing else counts. The service
-    brake is the strongest that advice, stops and ceilings may ask for; only an authority
-    that cannot be kept otherwise gets the emergency brake.
+    The rows of its bounds are the first six of :class:`~kankaku.railway.control.Bound`; for a train
+    whose link says that it brakes in emergency nothing else counts. The service brake is the
+    strongest that advice, stops and ceilings may ask for; only an authority that cannot be kept
+    otherwise gets the emergency brake.
     """
 
     def __init__(self, world: World) -> None:

@@ -8,11 +8,10 @@ not. So this is a lower bound, and a follower loses nothing by counting on it.
 from collections.abc import Sequence
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray
-from railway.run_up import RunUp
-from railway.state import LineState
-from railway.world import World
+from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.run_up import RunUp
+from kankaku.railway.state import LineState
+from kankaku.railway.world import World
 
 
 class DepartureForecast:

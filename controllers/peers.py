@@ -8,12 +8,11 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-
-from controllers.operation.close_up import NO_CEILING_MPS, no_advice
-from controllers.options import OptionError
-from railway.control import Bound, Command, Controller
-from railway.state import NOTHING, Advice, Authority, LineState
-from railway.world import World
+from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
+from kankaku.controllers.options import OptionError
+from kankaku.railway.control import Bound, Command, Controller
+from kankaku.railway.state import NOTHING, Advice, Authority, LineState
+from kankaku.railway.world import World
 
 
 class Peer(NamedTuple):

@@ -3,12 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled
-from railway.radio import TOLERANCE_S, RadioSpec, RadioState
-from railway.state import LineState
-from railway.world import World
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.radio import TOLERANCE_S, RadioSpec, RadioState
+from kankaku.railway.state import LineState
+from kankaku.railway.world import World
 
 
 class Snapshot(NamedTuple):

@@ -7,9 +7,8 @@ from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import FloatArray
-from railway.randomness import stream
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.randomness import stream
 
 YEAR_S = 365.0 * 24.0 * 3600.0
 """8760 hours, as published availabilities count. [s]"""

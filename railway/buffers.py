@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-
-from railway.arrays import FloatArray
-from railway.compiled import elementwise
-from railway.line import Line
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.compiled import elementwise
+from kankaku.railway.line import Line
 
 
 @elementwise

@@ -1,10 +1,9 @@
 """How slow a train may get before a summit that it has to climb with what its traction has."""
 
 import numpy as np
-
-from railway.arrays import FloatArray
-from railway.compiled import compiled
-from railway.way import Way, accelerations, look_up
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.way import Way, accelerations, look_up
 
 SUMMIT_MPS = 2.0
 """Full traction passes every summit at this speed at least, where the fastest run does. [m/s]"""

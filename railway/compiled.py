@@ -4,7 +4,7 @@ Compilation of the functions that run in every step.
 A step has some thirty operations on arrays of a few dozen trains. One compiled function
 costs what two or three array operations cost, so the physics is written as formulas and
 loops over trains and compiled by numba; results are cached beside the source, or where
-``railway.places.cache_folder`` says.
+``kankaku.railway.places.cache_folder`` says.
 
 Numba takes a cached function for fresh as long as the function's own file has not changed. Here it
 is fresh as long as none of the files has changed that its code was compiled from.
@@ -21,9 +21,8 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
-
-from railway.arrays import FloatArray
-from railway.places import cache_folder
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.places import cache_folder
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

@@ -14,14 +14,13 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import FloatArray
-from railway.control import Foresight
-from railway.headway import EXACT_M, Given, Search, Way, leg_headway, needed_limit_m
-from railway.journey import Journey
-from railway.line import Line
-from railway.timetable import Service
-from railway.world import World
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.control import Foresight
+from kankaku.railway.headway import EXACT_M, Given, Search, Way, leg_headway, needed_limit_m
+from kankaku.railway.journey import Journey
+from kankaku.railway.line import Line
+from kankaku.railway.timetable import Service
+from kankaku.railway.world import World
 
 ROUGH = Search(sample_s=0.5, exact_s=0.05)
 """How the moment is searched at which two trains touch."""

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from enum import Enum, IntEnum
 from typing import Any, NamedTuple, Protocol, TypeVar
 
-from railway.arrays import FloatArray, IntArray
-from railway.line import Block, Line
-from railway.profile import Profile
-from railway.promises import Promises
-from railway.state import Advice, Authority, LineState
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.line import Block, Line
+from kankaku.railway.profile import Profile
+from kankaku.railway.promises import Promises
+from kankaku.railway.state import Advice, Authority, LineState
 
 Memory = TypeVar("Memory")
 

@@ -12,10 +12,9 @@ is granted by wire how far each train's way is free.
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled
-from railway.world import World
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.world import World
 
 AT_START_M = 0.5
 """A front that stands at the start of points is before them, a stop error off. [m]"""

@@ -12,12 +12,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled, count_up_to, plain
-from railway.line import Block, Line
-from railway.state import NOTHING, LineState
-from railway.world import World
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled, count_up_to, plain
+from kankaku.railway.line import Block, Line
+from kankaku.railway.state import NOTHING, LineState
+from kankaku.railway.world import World
 
 ROUNDING_S = 1e-6
 """Times that differ by less are the same: sums of steps are not exact. [s]"""
@@ -59,7 +58,7 @@ class Sight(NamedTuple):
     danger_m: FloatArray
     """As from :meth:`Detection.danger_m`. [m], shape (n_trains,)"""
     danger_by: IntArray
-    """What is there, as :attr:`railway.state.Authority.limit_by`. shape (n_trains,)"""
+    """What is there, as :attr:`kankaku.railway.state.Authority.limit_by`. shape (n_trains,)"""
     until_s: float
     """Before, no train can have moved so far that anything changes, but for events. [s]"""
 

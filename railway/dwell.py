@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.randomness import stream
+from kankaku.railway.timetable import Timetable
 from scipy.special import ndtr
-
-from railway.arrays import FloatArray
-from railway.randomness import stream
-from railway.timetable import Timetable
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,27 +1,25 @@
 """
 The run between two places that takes a given time with the least net electrical energy.
 
-Kawashima's form of driving gives every section of constant limit a target speed at or below
-the limit and searches the combination that keeps the run time with the least energy. Here
-Pontryagin's principle (:mod:`railway.extremal`) ties the targets, and the places where coasting
-and braking begin, to one price of time, and the price is found that keeps the run time.
+Kawashima's form of driving gives every section of constant limit a target speed at or below the
+limit and searches the combination that keeps the run time with the least energy. Here Pontryagin's
+principle (:mod:`kankaku.railway.extremal`) ties the targets, and the places where coasting and
+braking begin, to one price of time, and the price is found that keeps the run time.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
-
-from railway.arrays import FloatArray, IntArray
-from railway.buffers import Buffers
-from railway.climbing import climbing_floor
-from railway.compiled import compiled
-from railway.energy import electric_brake_n
-from railway.extremal import BRAKING, COASTING, HOLDING, SPEEDING_UP, Extremal, extremal
-from railway.line import Line
-from railway.profile import NO_BUFFERS
-from railway.rolling_stock import TrainType
-from railway.run_curve import (
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.buffers import Buffers
+from kankaku.railway.climbing import climbing_floor
+from kankaku.railway.compiled import compiled
+from kankaku.railway.energy import electric_brake_n
+from kankaku.railway.extremal import BRAKING, COASTING, HOLDING, SPEEDING_UP, Extremal, extremal
+from kankaku.railway.line import Line
+from kankaku.railway.profile import NO_BUFFERS
+from kankaku.railway.rolling_stock import TrainType
+from kankaku.railway.run_curve import (
     LONGEST_S,
     SLOWEST_MPS,
     TIME_TOLERANCE_S,
@@ -31,7 +29,8 @@ from railway.run_curve import (
     stall_on,
     way_between,
 )
-from railway.way import Way, accelerations, energy_gain
+from kankaku.railway.way import Way, accelerations, energy_gain
+from scipy.optimize import brentq
 
 PRICES_WPKG = (1e-6, 1e7)
 """Prices of time at which nothing but energy, and nothing but time counts. [W/kg]"""
@@ -51,7 +50,10 @@ class EcoRun:
 
     curve: RunCurve
     phase: IntArray
-    """What the train does in each cell, from :mod:`railway.extremal`. shape (n_points - 1,)"""
+    """
+    What the train does in each cell, from :mod:`kankaku.railway.extremal`. shape (n_points -
+    1,)
+    """
 
 
 def eco_run(  # noqa: PLR0913 - one argument per figure of a run
@@ -95,7 +97,7 @@ def eco_run(  # noqa: PLR0913 - one argument per figure of a run
     StallError
         As :func:`eco`.
     ValueError
-        As :func:`railway.run_curve.fastest_run`.
+        As :func:`kankaku.railway.run_curve.fastest_run`.
     """
     way = way_between(line, train_type, (start_m, stop_m), (start_mps, stop_mps), buffers)
     return eco(way, run_time_s)

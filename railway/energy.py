@@ -1,13 +1,12 @@
 """Energy: traction, braking, regeneration and auxiliaries, closed by a work-energy balance."""
 
 import numpy as np
-
-from railway.arrays import FloatArray, IntArray
-from railway.compiled import elementwise
-from railway.profile import at_each
-from railway.recorder import StepBlock
-from railway.records import EnergyAccount
-from railway.world import World
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.compiled import elementwise
+from kankaku.railway.profile import at_each
+from kankaku.railway.recorder import StepBlock
+from kankaku.railway.records import EnergyAccount
+from kankaku.railway.world import World
 
 MEASURED = (
     "distance_m",

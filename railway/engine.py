@@ -2,7 +2,7 @@
 
 from typing import NamedTuple, Protocol
 
-from railway.arrays import FloatArray
+from kankaku.railway.arrays import FloatArray
 
 
 class Observation(NamedTuple):

@@ -14,12 +14,11 @@ and the train meets it with energy that is still worth something.
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import FloatArray, IntArray
-from railway.compiled import compiled
-from railway.energy import electric_brake_n
-from railway.rolling_stock import TrainType
-from railway.way import Way, accelerations, energy_gain
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.energy import electric_brake_n
+from kankaku.railway.rolling_stock import TrainType
+from kankaku.railway.way import Way, accelerations, energy_gain
 
 SPEEDING_UP, HOLDING, COASTING, ELECTRIC, BRAKING = range(5)
 """What a train does in a cell; braking is along the cap of the way."""

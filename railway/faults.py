@@ -11,12 +11,11 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import FloatArray
-from railway.line import Line
-from railway.obstructions import Cause, Closure, Disruptions
-from railway.radio import Outage, RadioSpec
-from railway.world import World
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.line import Line
+from kankaku.railway.obstructions import Cause, Closure, Disruptions
+from kankaku.railway.radio import Outage, RadioSpec
+from kankaku.railway.world import World
 
 
 class FaultKind(Enum):

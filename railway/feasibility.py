@@ -6,15 +6,14 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import GRAVITY_MPS2, FloatArray
-from railway.line import Line
-from railway.profile import Profile, build_profile
-from railway.rolling_stock import TrainType
-from railway.run_curve import fastest
-from railway.timetable import Call, Timetable
-from railway.way import Driving, Way, trace, way_on
-from railway.world import leaves_at_stop
+from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray
+from kankaku.railway.line import Line
+from kankaku.railway.profile import Profile, build_profile
+from kankaku.railway.rolling_stock import TrainType
+from kankaku.railway.run_curve import fastest
+from kankaku.railway.timetable import Call, Timetable
+from kankaku.railway.way import Driving, Way, trace, way_on
+from kankaku.railway.world import leaves_at_stop
 
 RESERVE_MPS2 = 0.05
 """A brake takes at least this much more than gravity does, or its curve has no end. [m/s2]"""

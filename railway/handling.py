@@ -9,12 +9,11 @@ speeds and the gradients of the line.
 from collections.abc import Callable, Iterator
 
 import numpy as np
-
-from railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
-from railway.line import Block
-from railway.promises import Promises
-from railway.recorder import StepBlock
-from railway.world import World
+from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
+from kankaku.railway.line import Block
+from kankaku.railway.promises import Promises
+from kankaku.railway.recorder import StepBlock
+from kankaku.railway.world import World
 
 HANDLING_MPS2 = 0.02
 """Brake forces are known this well, beside the gradient within a metre. [m/s2]"""

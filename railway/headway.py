@@ -17,12 +17,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray
-from railway.control import Foresight
-from railway.journey import Journey
-from railway.permitted import HARDLY_MPS
-from railway.world import World
+from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.control import Foresight
+from kankaku.railway.journey import Journey
+from kankaku.railway.permitted import HARDLY_MPS
+from kankaku.railway.world import World
 
 EXACT_S, EXACT_M = 1e-3, 1e-3
 """How exactly moments and limits are found. [s], [m]"""

@@ -3,10 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import FloatArray
-from railway.compiled import compiled
-from railway.line import Line
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.line import Line
 
 BEFORE_M = 1e5
 """Level track before the line, further than any train reaches. [m]"""

@@ -8,11 +8,10 @@ from the recorded steps; of the obstructions themselves only place and times are
 from collections.abc import Callable
 
 import numpy as np
-
-from railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
-from railway.obstructions import SUDDEN, Obstruction
-from railway.recorder import StepBlock
-from railway.world import World
+from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
+from kankaku.railway.obstructions import SUDDEN, Obstruction
+from kankaku.railway.recorder import StepBlock
+from kankaku.railway.world import World
 
 BRAKE_TOLERANCE_MPS2 = 0.05
 RADIO_REACTION_S = 6.0

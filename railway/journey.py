@@ -6,12 +6,11 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.profile import Profile
-from railway.run_curve import RunCurve, fastest
-from railway.way import way_on
-from railway.world import World
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.profile import Profile
+from kankaku.railway.run_curve import RunCurve, fastest
+from kankaku.railway.way import way_on
+from kankaku.railway.world import World
 
 WHOLE_BRAKE = 1e-3
 """Who misses the service brake by no more of it brakes with all of it. [-]"""

@@ -2,7 +2,7 @@
 
 import math
 
-from railway.compiled import elementwise
+from kankaku.railway.compiled import elementwise
 
 
 @elementwise

@@ -1,12 +1,11 @@
 """Who follows whom: kept by events, read as arrays."""
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled
-from railway.line import Line
-from railway.state import NOTHING, beside
-from railway.world import World
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.line import Line
+from kankaku.railway.state import NOTHING, beside
+from kankaku.railway.world import World
 
 
 class Leaders:

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-
-from railway.arrays import GRAVITY_MPS2, FloatArray
+from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,23 +3,22 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-
-from railway.arrays import FloatArray
-from railway.control import Controller
-from railway.energy import EnergyMeter
-from railway.engine import Engine
-from railway.errors import sentence_of
-from railway.faults import Fault, Units, disturbed, silenced
-from railway.monitor import Monitor
-from railway.obstructions import UNDISTURBED, Disruptions
-from railway.radio import LOSSLESS, Radio, RadioSpec
-from railway.recorder import Recorder
-from railway.records import RunRecord, Unfinished
-from railway.standstill import StandstillWatch
-from railway.tracker import Tracker
-from railway.unfinished import Ending, unfinished
-from railway.wayside import Wayside
-from railway.world import World
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.control import Controller
+from kankaku.railway.energy import EnergyMeter
+from kankaku.railway.engine import Engine
+from kankaku.railway.errors import sentence_of
+from kankaku.railway.faults import Fault, Units, disturbed, silenced
+from kankaku.railway.monitor import Monitor
+from kankaku.railway.obstructions import UNDISTURBED, Disruptions
+from kankaku.railway.radio import LOSSLESS, Radio, RadioSpec
+from kankaku.railway.recorder import Recorder
+from kankaku.railway.records import RunRecord, Unfinished
+from kankaku.railway.standstill import StandstillWatch
+from kankaku.railway.tracker import Tracker
+from kankaku.railway.unfinished import Ending, unfinished
+from kankaku.railway.wayside import Wayside
+from kankaku.railway.world import World
 
 REPORT_EVERY_STEPS = 1000
 

@@ -8,21 +8,20 @@ instead of reading tables, and reads limits from the line itself.
 from collections.abc import Callable, Iterator
 
 import numpy as np
-
-from railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
-from railway.control import Separation, exclusive_pieces
-from railway.handling import Handling
-from railway.heights import heights_of, mean_height_m
-from railway.intrusion import Intrusions
-from railway.line import Turnout
-from railway.obstructions import Obstruction
-from railway.permissions import PERMISSION_KINDS, Permissions
-from railway.positions import lower_on, nearest_on_track, raise_to_depth, raise_to_entered
-from railway.promises import NO_BUFFERS, Promises
-from railway.proofs import Proofs
-from railway.recorder import StepBlock
-from railway.records import Violation
-from railway.world import World
+from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
+from kankaku.railway.control import Separation, exclusive_pieces
+from kankaku.railway.handling import Handling
+from kankaku.railway.heights import heights_of, mean_height_m
+from kankaku.railway.intrusion import Intrusions
+from kankaku.railway.line import Turnout
+from kankaku.railway.obstructions import Obstruction
+from kankaku.railway.permissions import PERMISSION_KINDS, Permissions
+from kankaku.railway.positions import lower_on, nearest_on_track, raise_to_depth, raise_to_entered
+from kankaku.railway.promises import NO_BUFFERS, Promises
+from kankaku.railway.proofs import Proofs
+from kankaku.railway.recorder import StepBlock
+from kankaku.railway.records import Violation
+from kankaku.railway.world import World
 
 POSITION_TOLERANCE_M = 0.05
 """Beside b dt^2 / 8, by which a train that stops within a step may pass its aim. [m]"""

@@ -6,8 +6,7 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray
+from kankaku.railway.arrays import BoolArray, FloatArray
 
 MTU_BYTES = 1500
 """Greatest payload of an Ethernet frame (IEEE 802.3). [bytes]"""

@@ -10,8 +10,7 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 
 
 class Cause(Enum):

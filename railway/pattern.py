@@ -12,7 +12,7 @@ References
 from collections import Counter
 from typing import NamedTuple, TypeAlias
 
-from railway.timetable import Service, Timetable
+from kankaku.railway.timetable import Service, Timetable
 
 BUSIEST_S = 3600.0
 """Length of the busiest time. [s]"""

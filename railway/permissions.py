@@ -8,15 +8,14 @@ protection promises only the figures are believed, and of obstructions only plac
 from collections.abc import Callable, Iterator
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray
-from railway.control import Separation, exclusive_pieces
-from railway.obstructions import SUDDEN, Cause, Obstruction
-from railway.positions import lower_to_platforms, nearest_unreleased, reach_m
-from railway.promises import Promises
-from railway.proofs import ENTERED_M, Proofs
-from railway.recorder import StepBlock
-from railway.world import World
+from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.control import Separation, exclusive_pieces
+from kankaku.railway.obstructions import SUDDEN, Cause, Obstruction
+from kankaku.railway.positions import lower_to_platforms, nearest_unreleased, reach_m
+from kankaku.railway.promises import Promises
+from kankaku.railway.proofs import ENTERED_M, Proofs
+from kankaku.railway.recorder import StepBlock
+from kankaku.railway.world import World
 
 PERMITTED_M = 0.05
 """Brake curves from tables come this near to exact ones. [m]"""

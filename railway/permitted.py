@@ -11,12 +11,11 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import FloatArray
-from railway.control import Foresight
-from railway.journey import Journey, technical_journey
-from railway.profile import Profile
-from railway.world import World
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.control import Foresight
+from kankaku.railway.journey import Journey, technical_journey
+from kankaku.railway.profile import Profile
+from kankaku.railway.world import World
 
 HARDLY_MPS = 1e-4
 """Who is permitted so much less than it runs is not hindered. [m/s]"""

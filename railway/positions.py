@@ -1,9 +1,8 @@
 """Compiled loops of the monitor: who is ahead of whom, who is inside what, step by step."""
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled
 
 
 @compiled

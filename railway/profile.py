@@ -13,12 +13,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import GRAVITY_MPS2, FloatArray, IntArray
-from railway.buffers import Buffers
-from railway.compiled import compiled
-from railway.line import Line
-from railway.rolling_stock import TrainType
+from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray, IntArray
+from kankaku.railway.buffers import Buffers
+from kankaku.railway.compiled import compiled
+from kankaku.railway.line import Line
+from kankaku.railway.rolling_stock import TrainType
 
 SPACING_M = 1.0
 """One metre, so that a chainage is an index. [m]"""

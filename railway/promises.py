@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from railway.buffers import Buffers
+from kankaku.railway.buffers import Buffers
 
 NO_BUFFERS = Buffers()
 

@@ -9,11 +9,10 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
-
-from railway.arrays import FloatArray
-from railway.line import Crossing, Turnout
-from railway.recorder import StepBlock
-from railway.world import World
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.line import Crossing, Turnout
+from kankaku.railway.recorder import StepBlock
+from kankaku.railway.world import World
 
 ENTERED_M = 0.55
 """A front this far beyond a place has not stopped at it, a stop error off. [m]"""

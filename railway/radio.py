@@ -10,11 +10,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled
-from railway.randomness import stream
-from railway.world import World
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.randomness import stream
+from kankaku.railway.world import World
 
 TOLERANCE_S = 1e-6
 """Sums of steps come this close to the times that they stand for. [s]"""

@@ -1,10 +1,9 @@
 """Faults drawn at random for a campaign: the same number is the same fault."""
 
 import numpy as np
-
-from railway.faults import CENTRE, VARIANTS, Fault, FaultKind, Variant
-from railway.randomness import stream
-from railway.world import World
+from kankaku.railway.faults import CENTRE, VARIANTS, Fault, FaultKind, Variant
+from kankaku.railway.randomness import stream
+from kankaku.railway.world import World
 
 DURATION_S: dict[FaultKind, tuple[float, float]] = {
     FaultKind.POSITION: (1.0, 10.0),

@@ -1,11 +1,10 @@
 """Why trains are as fast as they are: in one vocabulary, whatever controls them."""
 
 import numpy as np
-
-from railway.arrays import BoolArray, IntArray
-from railway.compiled import compiled
-from railway.control import Bound, Command, Controller
-from railway.state import NO_REASON, NOTHING, Advice, Authority, LineState, Reason, beside
+from kankaku.railway.arrays import BoolArray, IntArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.control import Bound, Command, Controller
+from kankaku.railway.state import NO_REASON, NOTHING, Advice, Authority, LineState, Reason, beside
 
 # Plain numbers, as compiled functions want them.
 CEILING, ADVICE, LIMIT = int(Bound.CEILING), int(Bound.ADVICE), int(Bound.LIMIT)
@@ -125,7 +124,7 @@ class Reasons:
         Returns
         -------
         IntArray
-            A :class:`~railway.state.Reason`, the number of the operation's word under
+            A :class:`~kankaku.railway.state.Reason`, the number of the operation's word under
             ``Reason.PLAN``, else ``NO_REASON``, and what is behind it: a train, a place or
             ``NOTHING``. shape (3, n_trains)
 

@@ -5,13 +5,12 @@ from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.control import Command, Controller
-from railway.reasons import Reasons
-from railway.records import Trajectory
-from railway.state import Advice, Authority, LineState, Reason
-from railway.world import World
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.control import Command, Controller
+from kankaku.railway.reasons import Reasons
+from kankaku.railway.records import Trajectory
+from kankaku.railway.state import Advice, Authority, LineState, Reason
+from kankaku.railway.world import World
 
 BLOCK_STEPS = 300
 DWELLING = int(Reason.DWELLING)

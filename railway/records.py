@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.obstructions import Obstruction
-from railway.world import World
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.obstructions import Obstruction
+from kankaku.railway.world import World
 
 
 class Column(NamedTuple):
@@ -180,11 +179,14 @@ class Trajectory(NamedTuple):
     limit_m: FloatArray
     """End of authority. [m]"""
     reason: IntArray
-    """A :class:`~railway.state.Reason`."""
+    """A :class:`~kankaku.railway.state.Reason`."""
     plan: IntArray
     """Which of ``plans`` it is under ``Reason.PLAN``; ``NO_REASON`` otherwise."""
     cause: IntArray
-    """Row of a train, one of ``places`` as from :func:`railway.state.beside`, or ``NOTHING``."""
+    """
+    Row of a train, one of ``places`` as from :func:`kankaku.railway.state.beside`, or
+    ``NOTHING``.
+    """
     plans: tuple[str, ...] = ()
     """The operation's own words."""
     places: tuple[str, ...] = ()

@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from railway.arrays import GRAVITY_MPS2, FloatArray
+from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray
 
 
 @dataclass(frozen=True, slots=True)

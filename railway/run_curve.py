@@ -11,15 +11,14 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.buffers import Buffers
+from kankaku.railway.climbing import climbing_floor
+from kankaku.railway.line import Line
+from kankaku.railway.profile import NO_BUFFERS, build_profile
+from kankaku.railway.rolling_stock import TrainType
+from kankaku.railway.way import Driving, Trace, Way, trace, way_on
 from scipy.optimize import brentq
-
-from railway.arrays import FloatArray
-from railway.buffers import Buffers
-from railway.climbing import climbing_floor
-from railway.line import Line
-from railway.profile import NO_BUFFERS, build_profile
-from railway.rolling_stock import TrainType
-from railway.way import Driving, Trace, Way, trace, way_on
 
 TIME_TOLERANCE_S = 0.01
 """How exactly a given run time is met. [s]"""

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-
-from railway.arrays import FloatArray
-from railway.kinematics import braking_distance_m
-from railway.rolling_stock import TrainType
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.kinematics import braking_distance_m
+from kankaku.railway.rolling_stock import TrainType
 
 SPEED_CELL_MPS = 0.05
 

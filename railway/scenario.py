@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from railway.dwell import DwellDelays, Overstay
-from railway.line import Line
-from railway.obstructions import UNDISTURBED, Disruptions
-from railway.radio import LOSSLESS, RadioSpec
-from railway.rolling_stock import TrainType
-from railway.timetable import Timetable
+from kankaku.railway.dwell import DwellDelays, Overstay
+from kankaku.railway.line import Line
+from kankaku.railway.obstructions import UNDISTURBED, Disruptions
+from kankaku.railway.radio import LOSSLESS, RadioSpec
+from kankaku.railway.rolling_stock import TrainType
+from kankaku.railway.timetable import Timetable
 
 Option: TypeAlias = float | bool | tuple[float, ...]
 """A number, a switch, or a table of numbers."""

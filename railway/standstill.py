@@ -1,11 +1,10 @@
 """Inter-station stops and crawling, found in every step that was recorded."""
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray
-from railway.recorder import StepBlock
-from railway.records import Standstills
-from railway.world import World
+from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.recorder import StepBlock
+from kankaku.railway.records import Standstills
+from kankaku.railway.world import World
 
 STANDING_MPS = 0.05
 CRAWLING_MPS = 10.0 / 3.6

@@ -3,10 +3,10 @@
 from enum import IntEnum
 from typing import NamedTuple, TypeVar
 
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.faults import UnitState
-from railway.obstructions import WaysideState
-from railway.radio import RadioState
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.faults import UnitState
+from kankaku.railway.obstructions import WaysideState
+from kankaku.railway.radio import RadioState
 
 
 class Reason(IntEnum):
@@ -40,7 +40,7 @@ def beside(column: Column) -> Column:
     Parameters
     ----------
     column
-        Its column in :class:`~railway.obstructions.WaysideState`: turnouts, then level
+        Its column in :class:`~kankaku.railway.obstructions.WaysideState`: turnouts, then level
         crossings, then closures; -1 for none.
 
     Returns

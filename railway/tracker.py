@@ -1,15 +1,14 @@
 """Turns what an engine observes into the state of the line: calls, leaders, events."""
 
 import numpy as np
-
-from railway.arrays import FloatArray, IntArray
-from railway.engine import Observation
-from railway.faults import Units
-from railway.leaders import Leaders
-from railway.radio import Radio
-from railway.state import Events, LineState, beside
-from railway.wayside import Wayside
-from railway.world import World
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.engine import Observation
+from kankaku.railway.faults import Units
+from kankaku.railway.leaders import Leaders
+from kankaku.railway.radio import Radio
+from kankaku.railway.state import Events, LineState, beside
+from kankaku.railway.wayside import Wayside
+from kankaku.railway.world import World
 
 NO_EVENTS = Events()
 

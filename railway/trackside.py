@@ -1,8 +1,8 @@
 """
 The machines beside the track: points, level crossings, closed stretches.
 
-Each one is a column of :class:`~railway.obstructions.WaysideState`. It knows the next time, and
-the next place of every front and tail, at which it can change; in between nobody asks it.
+Each one is a column of :class:`~kankaku.railway.obstructions.WaysideState`. It knows the next time,
+and the next place of every front and tail, at which it can change; in between nobody asks it.
 """
 
 from abc import ABC, abstractmethod
@@ -11,13 +11,12 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray
-from railway.line import Crossing, Line, Turnout
-from railway.obstructions import Cause, Closure, Disruptions, Obstruction
-from railway.randomness import stream
-from railway.state import LineState
-from railway.world import World
+from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.line import Crossing, Line, Turnout
+from kankaku.railway.obstructions import Cause, Closure, Disruptions, Obstruction
+from kankaku.railway.randomness import stream
+from kankaku.railway.state import LineState
+from kankaku.railway.world import World
 
 AT_START_M = 0.5
 """A front that stopped at the start of an obstruction is before it, a stop error off. [m]"""

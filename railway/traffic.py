@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.network import Link
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.network import Link
 
 
 class LinkName(NamedTuple):

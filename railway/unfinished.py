@@ -3,14 +3,13 @@
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import BoolArray
-from railway.feasibility import gradients, starting_needs_n
-from railway.obstructions import Disruptions
-from railway.records import Unfinished
-from railway.state import Authority, LineState
-from railway.trackside import places_beside
-from railway.world import World
+from kankaku.railway.arrays import BoolArray
+from kankaku.railway.feasibility import gradients, starting_needs_n
+from kankaku.railway.obstructions import Disruptions
+from kankaku.railway.records import Unfinished
+from kankaku.railway.state import Authority, LineState
+from kankaku.railway.trackside import places_beside
+from kankaku.railway.world import World
 
 STANDING_MPS = 0.05
 """Up to this speed a train stands. [m/s]"""

@@ -1,12 +1,11 @@
 """
 The way of one train between two places, and the motion along it cell by cell.
 
-Cells are those of :mod:`railway.profile`, a metre long, and shorter where limits change. With
-the kinetic energy per unit of mass, ``e = v^2 / 2``, the motion is
-``de/dx = (F(v) - R(v)) / M - r(x)`` with traction ``F`` between nothing and its greatest value,
-running resistance ``R`` and the drag ``r`` of gradients and curves, bounded by the line ceiling
-and by the brake curve into the end of the way. It is integrated by Heun's rule; the
-acceleration is constant within a cell.
+Cells are those of :mod:`kankaku.railway.profile`, a metre long, and shorter where limits change.
+With the kinetic energy per unit of mass, ``e = v^2 / 2``, the motion is ``de/dx = (F(v) - R(v)) / M
+- r(x)`` with traction ``F`` between nothing and its greatest value, running resistance ``R`` and
+the drag ``r`` of gradients and curves, bounded by the line ceiling and by the brake curve into the
+end of the way. It is integrated by Heun's rule; the acceleration is constant within a cell.
 """
 
 from dataclasses import dataclass, replace
@@ -14,11 +13,10 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled
-from railway.profile import Profile
-from railway.rolling_stock import TrainType
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.profile import Profile
+from kankaku.railway.rolling_stock import TrainType
 
 SPEED_SPACING_MPS = 0.01
 SPEEDING_UP, CRUISING, COASTING = 0, 1, 2

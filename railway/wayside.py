@@ -6,18 +6,17 @@ comes suddenly: an obstacle on a closed level crossing, or a fault.
 """
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray
-from railway.obstructions import (
+from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.obstructions import (
     UNDISTURBED,
     Disruptions,
     Obstruction,
     WaysideState,
     unobstructed,
 )
-from railway.profile import at_each
-from railway.state import Events, LineState
-from railway.trackside import (
+from kankaku.railway.profile import at_each
+from kankaku.railway.state import Events, LineState
+from kankaku.railway.trackside import (
     ROUNDING_S,
     ClosedStretch,
     PointMachine,
@@ -25,7 +24,7 @@ from railway.trackside import (
     machines,
     places_beside,
 )
-from railway.world import World
+from kankaku.railway.world import World
 
 RESERVE_S = 10.0
 """Who is let through counts as this much time of running further on. [s]"""

@@ -4,12 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.line import Line
-from railway.profile import Profile, build_profile
-from railway.rolling_stock import TrainType
-from railway.timetable import Service, Timetable
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.line import Line
+from kankaku.railway.profile import Profile, build_profile
+from kankaku.railway.rolling_stock import TrainType
+from kankaku.railway.timetable import Service, Timetable
 
 BUFFER_STOP_M = 1.0
 """A train whose last stop is nearer to the end of the line than this runs on no more. [m]"""
@@ -75,7 +74,7 @@ class World:
         Parameters
         ----------
         name
-            Attribute of :class:`~railway.rolling_stock.TrainType`.
+            Attribute of :class:`~kankaku.railway.rolling_stock.TrainType`.
 
         Returns
         -------

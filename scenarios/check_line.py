@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
-from scenarios.faults import Fault, meant, row_place
-from scenarios.files import Table
-from scenarios.schema import (
+from kankaku.scenarios.faults import Fault, meant, row_place
+from kankaku.scenarios.files import Table
+from kankaku.scenarios.schema import (
     BaliseRow,
     BlockRow,
     CircuitRow,

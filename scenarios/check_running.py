@@ -1,7 +1,7 @@
 """Whether the trains of a scenario can run at all: asked of physics when its files agree."""
 
-from railway.feasibility import Assessment, Lack, Shortfall
-from scenarios.faults import Fault
+from kankaku.railway.feasibility import Assessment, Lack, Shortfall
+from kankaku.scenarios.faults import Fault
 
 
 def running_faults(found: Assessment, stock_file: str) -> list[Fault]:

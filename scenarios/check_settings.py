@@ -3,12 +3,12 @@
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
-from railway.places import name_problem
-from railway.radio import keeps_pace
-from scenarios.check_timetable import TimetableTables, calls_by_train
-from scenarios.faults import Fault, meant
-from scenarios.files import Table
-from scenarios.schema import (
+from kankaku.railway.places import name_problem
+from kankaku.railway.radio import keeps_pace
+from kankaku.scenarios.check_timetable import TimetableTables, calls_by_train
+from kankaku.scenarios.faults import Fault, meant
+from kankaku.scenarios.files import Table
+from kankaku.scenarios.schema import (
     CallRow,
     Controller,
     QuantileRow,

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
-from scenarios.check_line import LineTables, same
-from scenarios.faults import Fault, meant
-from scenarios.files import Table
-from scenarios.schema import (
+from kankaku.scenarios.check_line import LineTables, same
+from kankaku.scenarios.faults import Fault, meant
+from kankaku.scenarios.files import Table
+from kankaku.scenarios.schema import (
     CallRow,
     DwellStationRow,
     PlatformRow,
@@ -16,8 +16,8 @@ from scenarios.schema import (
     ServiceRow,
     TrainEntry,
 )
-from scenarios.units import next_day, whole_seconds
-from scenarios.ways import ends_on_the_way, route_of
+from kankaku.scenarios.units import next_day, whole_seconds
+from kankaku.scenarios.ways import ends_on_the_way, route_of
 
 
 @dataclass(frozen=True)

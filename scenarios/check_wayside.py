@@ -2,11 +2,17 @@
 
 from collections.abc import Iterator, Sequence
 
-from scenarios.check_line import LineTables, duplicates, same
-from scenarios.check_timetable import TimetableTables, calls_by_train, seconds
-from scenarios.faults import Fault, meant
-from scenarios.schema import ClosureEntry, CrossingRow, ScenarioFile, WindowEntry, WorkZoneEntry
-from scenarios.units import next_day
+from kankaku.scenarios.check_line import LineTables, duplicates, same
+from kankaku.scenarios.check_timetable import TimetableTables, calls_by_train, seconds
+from kankaku.scenarios.faults import Fault, meant
+from kankaku.scenarios.schema import (
+    ClosureEntry,
+    CrossingRow,
+    ScenarioFile,
+    WindowEntry,
+    WorkZoneEntry,
+)
+from kankaku.scenarios.units import next_day
 
 HELD_BEFORE_KM = 0.1
 """Trains stop no further before the crossing that they are kept out of, without blocks. [km]"""

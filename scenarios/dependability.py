@@ -6,14 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
+from kankaku.railway.availability import Configuration, DeviceGroup
+from kankaku.railway.fault_tree import Event, FaultTree, Gate
+from kankaku.scenarios.faults import Fault, ScenarioError, meant
+from kankaku.scenarios.fields import Name, OptionalText, Text
+from kankaku.scenarios.files import Reader
+from kankaku.scenarios.schema import check
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
-
-from railway.availability import Configuration, DeviceGroup
-from railway.fault_tree import Event, FaultTree, Gate
-from scenarios.faults import Fault, ScenarioError, meant
-from scenarios.fields import Name, OptionalText, Text
-from scenarios.files import Reader
-from scenarios.schema import check
 
 AVAILABILITY_FILE = "availability.toml"
 FAULT_TREE_FILE = "fault_tree.toml"

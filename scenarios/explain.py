@@ -3,12 +3,9 @@
 from collections.abc import Callable, Iterable, Sequence
 from typing import Literal, get_args, get_origin
 
-from pydantic import BaseModel
-from pydantic.fields import FieldInfo
-
-from scenarios.faults import meant
-from scenarios.fields import CLOCK_TEXT, NAME_TEXT, OPTION_TEXT
-from scenarios.texts import (
+from kankaku.scenarios.faults import meant
+from kankaku.scenarios.fields import CLOCK_TEXT, NAME_TEXT, OPTION_TEXT
+from kankaku.scenarios.texts import (
     clock_trouble,
     identifier_trouble,
     number_trouble,
@@ -16,6 +13,8 @@ from scenarios.texts import (
     shown,
     text_trouble,
 )
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 
 _NUMBERS = (float, int, float | None)
 

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from railway.dwell import DwellDelays, Overstay
-from railway.feasibility import assess
-from railway.line import (
+from kankaku.railway.dwell import DwellDelays, Overstay
+from kankaku.railway.feasibility import assess
+from kankaku.railway.line import (
     Block,
     Curve,
     Gradient,
@@ -17,14 +17,13 @@ from railway.line import (
     Station,
     Track,
 )
-from railway.radio import LOSSLESS, RadioSpec
-from railway.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance
-from railway.scenario import ControllerSpec, Published, Scenario, Sweep
-from railway.timetable import Call, Service, Timetable
-from scenarios import schema
-from scenarios.check_line import LineTables, line_faults
-from scenarios.check_running import running_faults, running_warnings
-from scenarios.check_settings import (
+from kankaku.railway.radio import LOSSLESS, RadioSpec
+from kankaku.railway.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance
+from kankaku.railway.scenario import ControllerSpec, Published, Scenario, Sweep
+from kankaku.railway.timetable import Call, Service, Timetable
+from kankaku.scenarios.check_line import LineTables, line_faults
+from kankaku.scenarios.check_running import running_faults, running_warnings
+from kankaku.scenarios.check_settings import (
     controller_faults,
     delay_faults,
     radio_faults,
@@ -33,19 +32,21 @@ from scenarios.check_settings import (
     sweep_faults,
     swept_delays_s,
 )
-from scenarios.check_timetable import (
+from kankaku.scenarios.check_timetable import (
     TimetableTables,
     calls_by_train,
     seconds,
     timetable_faults,
 )
-from scenarios.check_wayside import crossing_faults, disruption_faults
-from scenarios.faults import Fault, ScenarioError
-from scenarios.files import Reader, Table
-from scenarios.load_wayside import to_crossings, to_disruptions, to_turnouts
-from scenarios.neighbours import folder_faults, uncollected, unread
-from scenarios.units import metres
-from scenarios.ways import ends_on_the_way, route_of
+from kankaku.scenarios.check_wayside import crossing_faults, disruption_faults
+from kankaku.scenarios.faults import Fault, ScenarioError
+from kankaku.scenarios.files import Reader, Table
+from kankaku.scenarios.load_wayside import to_crossings, to_disruptions, to_turnouts
+from kankaku.scenarios.neighbours import folder_faults, uncollected, unread
+from kankaku.scenarios.units import metres
+from kankaku.scenarios.ways import ends_on_the_way, route_of
+
+from kankaku.scenarios import schema
 
 MAIN_FILE = "scenario.toml"
 STOCK_FILE = "rolling_stock.toml"

@@ -1,13 +1,12 @@
 """Level crossings and disruptions in SI units."""
 
 import numpy as np
-
-from railway.line import Crossing, Line, Turnout
-from railway.obstructions import Cause, Closure, Disruptions, Obstacle, PointsFailure
-from scenarios.check_line import LineTables
-from scenarios.check_timetable import seconds
-from scenarios.schema import ClosureEntry, ScenarioFile, WindowEntry, WorkZoneEntry
-from scenarios.units import metres
+from kankaku.railway.line import Crossing, Line, Turnout
+from kankaku.railway.obstructions import Cause, Closure, Disruptions, Obstacle, PointsFailure
+from kankaku.scenarios.check_line import LineTables
+from kankaku.scenarios.check_timetable import seconds
+from kankaku.scenarios.schema import ClosureEntry, ScenarioFile, WindowEntry, WorkZoneEntry
+from kankaku.scenarios.units import metres
 
 
 def to_turnouts(tables: LineTables) -> tuple[Turnout, ...]:

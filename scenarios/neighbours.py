@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 
-from scenarios.faults import Fault
-from scenarios.texts import printable, shown
+from kankaku.scenarios.faults import Fault
+from kankaku.scenarios.texts import printable, shown
 
 KNOWN = (
     "scenario.toml",

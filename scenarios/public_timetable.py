@@ -1,7 +1,7 @@
 """
 Public timetables: whole departure minutes by train and station, and the files beside them.
 
-``scenarios.reconstruct`` finds the seconds.
+``kankaku.scenarios.reconstruct`` finds the seconds.
 """
 
 import csv
@@ -11,13 +11,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from railway.line import Line
-from railway.rolling_stock import TrainType
-from scenarios.check_line import LineTables, line_faults
-from scenarios.faults import Fault, ScenarioError, meant, row_place
-from scenarios.files import Reader, Table
-from scenarios.load import read_line, read_stock, to_line, to_train_types
-from scenarios.schema import DwellStationRow, ServiceRow
+from kankaku.railway.line import Line
+from kankaku.railway.rolling_stock import TrainType
+from kankaku.scenarios.check_line import LineTables, line_faults
+from kankaku.scenarios.faults import Fault, ScenarioError, meant, row_place
+from kankaku.scenarios.files import Reader, Table
+from kankaku.scenarios.load import read_line, read_stock, to_line, to_train_types
+from kankaku.scenarios.schema import DwellStationRow, ServiceRow
 
 PUBLIC_FILE = "public_timetable.csv"
 _TRAIN = "train"

@@ -5,14 +5,13 @@ from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
+from kankaku.railway.line import Line
+from kankaku.railway.network import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
+from kankaku.scenarios.faults import Fault, ScenarioError
+from kankaku.scenarios.fields import Name, Text
+from kankaku.scenarios.files import Reader
+from kankaku.scenarios.schema import check
 from pydantic import BaseModel, ConfigDict, Field
-
-from railway.line import Line
-from railway.network import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
-from scenarios.faults import Fault, ScenarioError
-from scenarios.fields import Name, Text
-from scenarios.files import Reader
-from scenarios.schema import check
 
 RADIO_FILE = "radio_network.toml"
 LEAST_UPDATE_S = 0.05

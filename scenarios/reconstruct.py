@@ -7,7 +7,7 @@ chosen whose dwells and run times stay closest to their usual figures. In units 
 seconds all constraints are differences of two times with whole bounds, so their matrix is
 totally unimodular and the linear programme has a whole-numbered solution.
 
-``python -m scenarios.reconstruct --force scenarios/rush_hour`` writes ``calls.csv`` anew.
+``python -m kankaku.scenarios.reconstruct --force scenarios/rush_hour`` writes ``calls.csv`` anew.
 """
 
 import argparse
@@ -23,11 +23,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kankaku.railway.run_curve import fastest_run
+from kankaku.scenarios.public_timetable import PUBLIC_FILE, Source, read_source
 from scipy.optimize import linprog
 from scipy.sparse import coo_array
-
-from railway.run_curve import fastest_run
-from scenarios.public_timetable import PUBLIC_FILE, Source, read_source
 
 CALLS_FILE = "calls.csv"
 EXIT_BAD_INPUT = 2
@@ -337,7 +336,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit status.
     """
     parser = argparse.ArgumentParser(
-        prog="python -m scenarios.reconstruct",
+        prog="python -m kankaku.scenarios.reconstruct",
         description=f"Write {CALLS_FILE} of a scenario folder: a timetable to the second that "
         f"obeys the whole departure minutes of {PUBLIC_FILE}.",
     )

@@ -9,11 +9,9 @@ from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
-
-from scenarios.explain import explained
-from scenarios.faults import Fault
-from scenarios.fields import (
+from kankaku.scenarios.explain import explained
+from kankaku.scenarios.faults import Fault
+from kankaku.scenarios.fields import (
     CLOCK_TEXT,
     MOST,
     Brake,
@@ -29,6 +27,7 @@ from scenarios.fields import (
     SweptDelay,
     Text,
 )
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 M = TypeVar("M", bound=BaseModel)
 MOST_TOLD = 50

@@ -9,12 +9,11 @@ from itertools import islice
 from typing import Any, Generic, TypeVar, cast, get_type_hints
 
 import numpy as np
+from kankaku.scenarios.explain import refused_cell
+from kankaku.scenarios.schema import Row
+from kankaku.scenarios.texts import NUMBER
 from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
-
-from scenarios.explain import refused_cell
-from scenarios.schema import Row
-from scenarios.texts import NUMBER
 
 R = TypeVar("R", bound=Row)
 

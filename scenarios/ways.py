@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from scenarios.check_line import LineTables
-from scenarios.schema import CallRow
+from kankaku.scenarios.check_line import LineTables
+from kankaku.scenarios.schema import CallRow
 
 
 def route_of(line: LineTables, calls: Sequence[CallRow]) -> list[tuple[int, int]]:

@@ -12,12 +12,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from railway.arrays import FloatArray
-from railway.line import Line
-from railway.places import CACHE, cache_folder, chosen_cache
-from railway.scenario import Scenario
-from railway.world import World
-from sumo_net import native_xml, plain_xml
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.line import Line
+from kankaku.railway.places import CACHE, cache_folder, chosen_cache
+from kankaku.railway.scenario import Scenario
+from kankaku.railway.world import World
+
+from kankaku.sumo_net import native_xml, plain_xml
 
 NETCONVERT_OPTIONS = (
     "--no-internal-links",

@@ -5,13 +5,13 @@ from types import TracebackType
 from typing import NamedTuple, Self
 
 import numpy as np
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.engine import Observation
+from kankaku.railway.world import World
+from kankaku.sumo_net.build import SumoFiles
+from kankaku.sumo_net.engine import close, start
 
-from railway.arrays import FloatArray
-from railway.engine import Observation
-from railway.world import World
-from sumo_net import names
-from sumo_net.build import SumoFiles
-from sumo_net.engine import close, start
+from kankaku.sumo_net import names
 
 
 class PeerError(RuntimeError):
@@ -35,7 +35,7 @@ class NativeEngine:
     """
     Lets SUMO drive the trains; commands are ignored.
 
-    Implements :class:`railway.engine.Engine` but for its commands and for the time at which
+    Implements :class:`kankaku.railway.engine.Engine` but for its commands and for the time at which
     a train enters, which follows SUMO's own rules. Used as a context manager. SUMO is one
     step ahead of what is observed, because only the movement of a train tells that its stop
     is over.

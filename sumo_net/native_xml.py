@@ -7,12 +7,12 @@ from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
 import numpy as np
+from kankaku.railway.line import Block, Line, SpeedLimit
+from kankaku.railway.rolling_stock import TrainType
+from kankaku.railway.timetable import Timetable
+from kankaku.sumo_net.plain_xml import SIGNAL_BEYOND_STOP_M, Driver, Edge, cut_tracks
 
-from railway.line import Block, Line, SpeedLimit
-from railway.rolling_stock import TrainType
-from railway.timetable import Timetable
-from sumo_net import names
-from sumo_net.plain_xml import SIGNAL_BEYOND_STOP_M, Driver, Edge, cut_tracks
+from kankaku.sumo_net import names
 
 STANDING_GAP_M = 5.0
 """What a train keeps from the one ahead that stands: SUMO's own value for rail. [m]"""

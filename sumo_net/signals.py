@@ -14,13 +14,13 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
+from kankaku.railway.detection import Detection
+from kankaku.railway.engine import Observation
+from kankaku.railway.line import Line
+from kankaku.railway.world import World
+from kankaku.sumo_net.plain_xml import cut_tracks
 
-from railway.detection import Detection
-from railway.engine import Observation
-from railway.line import Line
-from railway.world import World
-from sumo_net import names
-from sumo_net.plain_xml import cut_tracks
+from kankaku.sumo_net import names
 
 FREE, OCCUPIED = "G", "r"
 PHASE_S = "86400"

@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from railway.arrays import FloatArray
-from railway.network import Cells, RadioSystem
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.network import Cells, RadioSystem
 
 
 @dataclass(slots=True)

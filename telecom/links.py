@@ -5,10 +5,9 @@ from functools import partial
 
 import numpy as np
 import simpy
-
-from railway.arrays import FloatArray
-from railway.network import Link, RadioSystem, fragments_bytes
-from railway.traffic import LinkName, busy_shares
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.network import Link, RadioSystem, fragments_bytes
+from kankaku.railway.traffic import LinkName, busy_shares
 
 
 class Channel:

@@ -6,10 +6,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import simpy
-
-from railway.randomness import stream
-from telecom.commands import Command
-from telecom.links import Channel, Network
+from kankaku.railway.randomness import stream
+from kankaku.telecom.commands import Command
+from kankaku.telecom.links import Channel, Network
 
 Process: TypeAlias = Generator[simpy.Event, Any, None]
 

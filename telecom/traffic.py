@@ -5,13 +5,12 @@ from functools import partial
 
 import numpy as np
 import simpy
-
-from railway.arrays import FloatArray
-from railway.network import Cells, Link, RadioSystem
-from railway.traffic import LinkName, Traffic
-from telecom.commands import Command, Presence
-from telecom.links import Network
-from telecom.radio_unit import Process, RadioUnit
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.network import Cells, Link, RadioSystem
+from kankaku.railway.traffic import LinkName, Traffic
+from kankaku.telecom.commands import Command, Presence
+from kankaku.telecom.links import Network
+from kankaku.telecom.radio_unit import Process, RadioUnit
 
 DRAIN_S = 4.0
 """So long after the last update commands may still arrive. [s]"""

@@ -2,10 +2,11 @@
 
 from dataclasses import replace
 
-from railway.dwell import DwellDelays
-from railway.line import Platform, Section, Track
-from railway.scenario import Scenario
-from railway.timetable import Call, Service
+from kankaku.railway.dwell import DwellDelays
+from kankaku.railway.line import Platform, Section, Track
+from kankaku.railway.scenario import Scenario
+from kankaku.railway.timetable import Call, Service
+
 from tests.worlds import make_scenario, straight_line
 
 

@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 
 import numpy as np
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.obstructions import Obstruction
+from kankaku.railway.records import EnergyAccount, RunRecord, Standstills, Trajectory, Violation
+from kankaku.railway.state import NO_REASON, NOTHING, Reason
+from kankaku.railway.timetable import Call, Service
+from kankaku.railway.world import World
 
-from railway.arrays import FloatArray
-from railway.obstructions import Obstruction
-from railway.records import EnergyAccount, RunRecord, Standstills, Trajectory, Violation
-from railway.state import NO_REASON, NOTHING, Reason
-from railway.timetable import Call, Service
-from railway.world import World
 from tests.worlds import make_scenario, straight_line, world_of
 
 READY_S = 25_200.0

@@ -1,10 +1,9 @@
 """States of a line that many tests share."""
 
 import numpy as np
-
-from railway.obstructions import unobstructed
-from railway.state import NOTHING, Events, LineState, beside
-from railway.world import World
+from kankaku.railway.obstructions import unobstructed
+from kankaku.railway.state import NOTHING, Events, LineState, beside
+from kankaku.railway.world import World
 
 
 def behind(

@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from railway.dwell import DwellDelays
-from railway.line import (
+from kankaku.railway.dwell import DwellDelays
+from kankaku.railway.line import (
     Block,
     Gradient,
     Line,
@@ -15,10 +15,10 @@ from railway.line import (
     Track,
     Turnout,
 )
-from railway.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance
-from railway.scenario import Scenario
-from railway.timetable import Call, Service, Timetable
-from railway.world import World, build_world
+from kankaku.railway.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance
+from kankaku.railway.scenario import Scenario
+from kankaku.railway.timetable import Call, Service, Timetable
+from kankaku.railway.world import World, build_world
 
 PLATFORM_MARGIN_M = 10.0
 """Platform beyond both ends of a standing train. [m]"""

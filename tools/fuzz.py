@@ -24,11 +24,11 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import NamedTuple
 
-import controllers
-import study
-from railway.randomness import stream
-from railway.scenario import Scenario
-from scenarios import (
+from kankaku.railway.randomness import stream
+from kankaku.railway.scenario import Scenario
+
+from kankaku import controllers
+from kankaku.scenarios import (
     ScenarioError,
     load,
     load_configurations,
@@ -36,6 +36,7 @@ from scenarios import (
     load_radio_plan,
     printable,
 )
+from kankaku.studies import study
 from tools.mutations import mutate
 from tools.small_lines import small_line
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pandas as pd
 
-import study
+from kankaku.studies import study
 
 PROJECT = Path(__file__).parents[1]
 CAPS_S = (60.0, 90.0, 120.0, 180.0, 240.0)

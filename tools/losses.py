@@ -13,14 +13,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pandas as pd
+from kankaku.analysis.figures import write_figure
+from kankaku.analysis.loss_diagram import loss_figure
+from kankaku.railway.state import Reason
 
-import study
-from analysis import run_tables, summary_frame
-from analysis.figures import write_figure
-from analysis.loss_diagram import loss_figure
-from railway.state import Reason
-from scenarios import load
-from workers import performed
+from kankaku.analysis import run_tables, summary_frame
+from kankaku.scenarios import load
+from kankaku.studies import study
+from kankaku.workers import performed
 
 PROJECT = Path(__file__).parents[1]
 SCENARIO = PROJECT / "scenarios" / "rush_hour"

@@ -4,15 +4,15 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from kankaku.controllers.reports import Reports
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.obstructions import unobstructed
+from kankaku.railway.scenario import Scenario
+from kankaku.railway.state import NOTHING, Events, LineState
+from kankaku.railway.world import World
 
-import study
-from controllers import build
-from controllers.reports import Reports
-from railway.arrays import FloatArray
-from railway.obstructions import unobstructed
-from railway.scenario import Scenario
-from railway.state import NOTHING, Events, LineState
-from railway.world import World
+from kankaku.controllers import build
+from kankaku.studies import study
 
 CONTROLLER = "control_map"
 ROUNDS = 400

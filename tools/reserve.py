@@ -9,8 +9,9 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-import study
-from railway.scenario import ControllerSpec
+from kankaku.railway.scenario import ControllerSpec
+
+from kankaku.studies import study
 
 PROJECT = Path(__file__).parents[1]
 RESERVES_S = (0.0, 5.0, 10.0, 15.0, 20.0)

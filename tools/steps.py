@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pandas as pd
 
-import study
+from kankaku.studies import study
 
 PROJECT = Path(__file__).parents[1]
 STEPS_S = (0.02, 0.05, 0.1, 0.2, 0.25, 0.5)

@@ -15,14 +15,13 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
-
-from controllers.reports import radio_of
-from railway.arrays import BoolArray, FloatArray
-from railway.compiled import compiled
-from railway.faults import UnitState
-from railway.radio import TOLERANCE_S, RadioSpec, RadioState
-from railway.state import LineState
-from railway.world import World
+from kankaku.controllers.reports import radio_of
+from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.faults import UnitState
+from kankaku.railway.radio import TOLERANCE_S, RadioSpec, RadioState
+from kankaku.railway.state import LineState
+from kankaku.railway.world import World
 
 RATIO = 0.02
 """The speed by wheels and the felt one agree if they differ by no more of it. [-]"""

@@ -1,18 +1,17 @@
 """What a train does with its commands: which band it keeps, and how fast it is to go."""
 
 import numpy as np
-
-from controllers.control_map.measuring import Aboard
-from controllers.control_map.run import stopping_place_m
-from controllers.protection.ceiling import (
+from kankaku.controllers.control_map.measuring import Aboard
+from kankaku.controllers.control_map.run import stopping_place_m
+from kankaku.controllers.protection.ceiling import (
     CeilingFields,
     CeilingFigures,
     LineCeiling,
     ceiling_ahead_mps,
 )
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled, plain
-from railway.state import NOTHING, LineState
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled, plain
+from kankaku.railway.state import NOTHING, LineState
 
 HEADROOM_MPS = 0.3
 """A train that is a little behind its plan may catch up. [m/s]"""
@@ -65,7 +64,7 @@ def keep_bands(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     heard_s
         When the last telegram that each train has was sent. [s], shape (n_trains,)
     sent
-        The first five fields of :class:`~controllers.control_map.telegrams.Sent`.
+        The first five fields of :class:`~kankaku.controllers.control_map.telegrams.Sent`.
     held_s
         When the commands were sent that each train has gone by. [s], shape (n_trains,)
     held_m
@@ -140,7 +139,7 @@ def behind_bands(
     limit_m
         The limits. [m], shape (n_trains,)
     sent_s, free_m
-        As in :class:`~controllers.control_map.telegrams.Sent`.
+        As in :class:`~kankaku.controllers.control_map.telegrams.Sent`.
     behind
         What the way was free up to, and what runs were slowed by. shape (n_slots, n_trains) each
     held_s
@@ -149,7 +148,7 @@ def behind_bands(
     Returns
     -------
     IntArray
-        As :attr:`railway.state.Authority.limit_by`. shape (n_trains,)
+        As :attr:`kankaku.railway.state.Authority.limit_by`. shape (n_trains,)
     """
     free_by, slowed_by = behind
     found = np.full(limit_m.size, NOTHING)

@@ -9,9 +9,8 @@ that is about to go, and has to start anew; who comes slower passes it moving.
 from typing import NamedTuple
 
 import numpy as np
-
-from controllers.control_map.run import Place, Trains, run, stopping_place_m
-from controllers.control_map.way import (
+from kankaku.controllers.control_map.run import Place, Trains, run, stopping_place_m
+from kankaku.controllers.control_map.way import (
     Ends,
     Grid,
     Limits,
@@ -21,12 +20,12 @@ from controllers.control_map.way import (
     lower_to_bands,
     lower_to_obstructions,
 )
-from controllers.protection.ceiling import ceiling_here_mps
-from controllers.pull import level_gain_mps
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled
-from railway.profile import at
-from railway.state import NOTHING
+from kankaku.controllers.protection.ceiling import ceiling_here_mps
+from kankaku.controllers.pull import level_gain_mps
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.profile import at
+from kankaku.railway.state import NOTHING
 
 CAPS_MPS = 1.5
 """Distance between the speeds that are tried. [m/s]"""
@@ -106,7 +105,10 @@ class Plan(NamedTuple):
     planned: BoolArray
     """The train has been heard of lately and has a run. shape (n_trains,)"""
     free_by: IntArray
-    """What the way was free up to, as :attr:`railway.state.Authority.limit_by`. (n_trains,)"""
+    """
+    What the way was free up to, as :attr:`kankaku.railway.state.Authority.limit_by`.
+    (n_trains,)
+    """
     slowed_by: IntArray
     """What the run is slower for than the line allows; ``NOTHING`` if it is not. (n_trains,)"""
 

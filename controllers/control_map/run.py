@@ -8,14 +8,17 @@ this module returns lies before the limits by construction.
 from typing import NamedTuple
 
 import numpy as np
-
-from controllers.protection.ceiling import CeilingFigures, ceiling_ahead_mps, ceiling_figures
-from controllers.pull import Pull, pull_of, pulled_mps
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled
-from railway.kinematics import next_speed_mps
-from railway.profile import at, braking_loss_mps
-from railway.world import World
+from kankaku.controllers.protection.ceiling import (
+    CeilingFigures,
+    ceiling_ahead_mps,
+    ceiling_figures,
+)
+from kankaku.controllers.pull import Pull, pull_of, pulled_mps
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.kinematics import next_speed_mps
+from kankaku.railway.profile import at, braking_loss_mps
+from kankaku.railway.world import World
 
 ARRIVED_M = 0.5
 """A run that comes this near to its stop has arrived. [m]"""
@@ -127,7 +130,7 @@ def stopping_place_m(
     square
         Twice the brake potential. [m2/s2], shape (n_types * n_grid,)
     row_start
-        From :meth:`railway.profile.Profile.row_starts`. [-]
+        From :meth:`kankaku.railway.profile.Profile.row_starts`. [-]
     front_m
         Front. [m]
     speed_mps

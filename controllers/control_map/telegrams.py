@@ -3,11 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-
-from controllers.control_map.run import stopping_place_m
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled
-from railway.state import NOTHING
+from kankaku.controllers.control_map.run import stopping_place_m
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.state import NOTHING
 
 COMMANDS = 10
 """Steps that a telegram commands. [-]"""

@@ -9,12 +9,11 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled
-from railway.leaders import predecessors, section_ends_m
-from railway.state import NOTHING
-from railway.world import World
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.leaders import predecessors, section_ends_m
+from kankaku.railway.state import NOTHING
+from kankaku.railway.world import World
 
 AT_START_M = 0.5
 """A front that stands at the start of an obstruction is before it, a stop error off. [m]"""
@@ -48,7 +47,7 @@ class Order(NamedTuple):
 
 
 class Obstructions(NamedTuple):
-    """Obstructions on a control map, as in :class:`~railway.obstructions.WaysideState`."""
+    """Obstructions on a control map, as in :class:`~kankaku.railway.obstructions.WaysideState`."""
 
     start_m: FloatArray
     from_s: FloatArray
@@ -104,7 +103,7 @@ class Limits(NamedTuple):
     limit_m: FloatArray
     """[m]"""
     limit_by: IntArray
-    """What is there, as :attr:`railway.state.Authority.limit_by`."""
+    """What is there, as :attr:`kankaku.railway.state.Authority.limit_by`."""
 
 
 class Grid(NamedTuple):
@@ -332,7 +331,7 @@ def raise_wall(limits: Limits, by: int, place_m: float, first: int, end: int) ->
     limits
         Limits, lowered in place.
     by
-        What stands at the place, as :attr:`railway.state.Authority.limit_by`.
+        What stands at the place, as :attr:`kankaku.railway.state.Authority.limit_by`.
     place_m
         The place. [m]
     first

@@ -12,24 +12,23 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-
-from controllers.operation.approach_plan import (
+from kankaku.controllers.operation.approach_plan import (
     ApproachPoint,
     Site,
     approach_point,
     plan_passing,
 )
-from controllers.operation.close_up import NO_CEILING_MPS, no_advice
-from controllers.options import require
-from railway.arrays import FloatArray, IntArray
-from railway.compiled import compiled, count_up_to
-from railway.control import Foresight
-from railway.kinematics import next_speed_mps
-from railway.profile import at, braking_loss_mps
-from railway.run_curve import fastest
-from railway.state import NO_REASON, Advice, Authority, LineState
-from railway.way import way_on
-from railway.world import World
+from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
+from kankaku.controllers.options import require
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.compiled import compiled, count_up_to
+from kankaku.railway.control import Foresight
+from kankaku.railway.kinematics import next_speed_mps
+from kankaku.railway.profile import at, braking_loss_mps
+from kankaku.railway.run_curve import fastest
+from kankaku.railway.state import NO_REASON, Advice, Authority, LineState
+from kankaku.railway.way import way_on
+from kankaku.railway.world import World
 
 OPTIMAL_STOP, APPROACH = 0, 1
 LOOK_AHEAD_M = 1500.0

@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from railway.control import Foresight
-from railway.state import NO_REASON, Advice, Authority, LineState
-from railway.world import World
+from kankaku.railway.control import Foresight
+from kankaku.railway.state import NO_REASON, Advice, Authority, LineState
+from kankaku.railway.world import World
 
 NO_CEILING_MPS = 1000.0
 

@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from controllers.operation.close_up import NO_CEILING_MPS, no_advice
-from railway.control import Foresight
-from railway.state import Advice, Authority, LineState
-from railway.world import World
+from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
+from kankaku.railway.control import Foresight
+from kankaku.railway.state import Advice, Authority, LineState
+from kankaku.railway.world import World
 
 
 @dataclass(frozen=True, slots=True)

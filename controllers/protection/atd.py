@@ -15,25 +15,24 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-
-from controllers.options import OptionError, require
-from controllers.protection.ceiling import (
+from kankaku.controllers.options import OptionError, require
+from kankaku.controllers.protection.ceiling import (
     CeilingFields,
     CeilingFigures,
     LineCeiling,
     ceiling_ahead_mps,
 )
-from controllers.protection.fixed_block import detection_on
-from controllers.protection.fuzzy import RuleBase, infer, rule_base
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled, plain
-from railway.control import Separation
-from railway.detection import Sight
-from railway.kinematics import next_speed_mps
-from railway.profile import at
-from railway.promises import Promises
-from railway.state import NOTHING, Authority, LineState
-from railway.world import World
+from kankaku.controllers.protection.fixed_block import detection_on
+from kankaku.controllers.protection.fuzzy import RuleBase, infer, rule_base
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled, plain
+from kankaku.railway.control import Separation
+from kankaku.railway.detection import Sight
+from kankaku.railway.kinematics import next_speed_mps
+from kankaku.railway.profile import at
+from kankaku.railway.promises import Promises
+from kankaku.railway.state import NOTHING, Authority, LineState
+from kankaku.railway.world import World
 
 KMH_PER_MPS = 3.6
 LEAST_AHEAD_S, LEAST_AHEAD_M = 0.5, 0.5

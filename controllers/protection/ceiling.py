@@ -4,14 +4,13 @@ import math
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-
-from controllers.pull import Pull, pull_of, pulled_mps
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled, plain
-from railway.kinematics import next_speed_mps
-from railway.profile import Profile, at, at_each, braking_loss_mps
-from railway.state import LineState
-from railway.world import World
+from kankaku.controllers.pull import Pull, pull_of, pulled_mps
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled, plain
+from kankaku.railway.kinematics import next_speed_mps
+from kankaku.railway.profile import Profile, at, at_each, braking_loss_mps
+from kankaku.railway.state import LineState
+from kankaku.railway.world import World
 
 LEAST_MPS = 1e-6
 """Nobody who is slower gets to the end of a limit within a step. [m/s]"""
@@ -35,7 +34,7 @@ class CeilingFigures(NamedTuple):
     square: FloatArray
     """Twice the brake potential. [m2/s2], shape (n_types * n_grid,)"""
     row_start: FloatArray
-    """From :meth:`railway.profile.Profile.row_starts`. [-], shape (n_trains,)"""
+    """From :meth:`kankaku.railway.profile.Profile.row_starts`. [-], shape (n_trains,)"""
     start: FloatArray
     """Where pieces of constant limit begin, one train type after the other. [m], (n_pieces,)"""
     limit_mps: FloatArray
@@ -47,7 +46,7 @@ class CeilingFigures(NamedTuple):
     reach_m: FloatArray
     """How far beyond a step at constant speed a front may be after it. [m], (n_trains,)"""
     pull: tuple[FloatArray, FloatArray, FloatArray, float]
-    """The fields of :class:`controllers.pull.Pull`."""
+    """The fields of :class:`kankaku.controllers.pull.Pull`."""
 
 
 def ceiling_figures(world: World, profile: Profile, step_s: float) -> CeilingFigures:

@@ -10,11 +10,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-
-from controllers.protection.code_table import Braking, entry_speeds_mps
-from railway.arrays import FloatArray
-from railway.detection import Detection
-from railway.world import World
+from kankaku.controllers.protection.code_table import Braking, entry_speeds_mps
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.detection import Detection
+from kankaku.railway.world import World
 
 KMH_PER_MPS = 3.6
 HARDLY_MPS = 0.01
@@ -59,8 +58,8 @@ def never_shown(
     braking
         How trains brake.
     table_mps
-        What blocks show, as :func:`controllers.protection.code_table.code_table` returns it.
-        [m/s], shape (n_types, n_places, n_counted + 1)
+        What blocks show, as :func:`kankaku.controllers.protection.code_table.code_table` returns
+        it. [m/s], shape (n_types, n_places, n_counted + 1)
 
     Returns
     -------

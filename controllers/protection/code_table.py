@@ -11,12 +11,11 @@ block ahead it is 0.
 from typing import NamedTuple
 
 import numpy as np
-
-from controllers.options import OptionError
-from railway.arrays import FloatArray
-from railway.detection import Detection, Tiling
-from railway.profile import Profile
-from railway.world import World
+from kankaku.controllers.options import OptionError
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.detection import Detection, Tiling
+from kankaku.railway.profile import Profile
+from kankaku.railway.world import World
 
 
 class Braking(NamedTuple):

@@ -14,7 +14,7 @@ plan that the train ahead does not keep can make a command unsafe afterwards; on
 is put in a train's way could, and nothing is before every train has acknowledged a map without it.
 
 What of positions, clocks and time stamps is believed where units may be wrong is said in
-:mod:`controllers.control_map.measuring`.
+:mod:`kankaku.controllers.control_map.measuring`.
 """
 
 import math
@@ -22,8 +22,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-
-from controllers.control_map.measuring import (
+from kankaku.controllers.control_map.measuring import (
     CENTRE_ROW,
     EARLY_S,
     Aboard,
@@ -32,27 +31,27 @@ from controllers.control_map.measuring import (
     all_right,
     measure,
 )
-from controllers.control_map.onboard import (
+from kankaku.controllers.control_map.onboard import (
     behind_bands,
     ceilings_mps,
     keep_bands,
     may_leave,
 )
-from controllers.control_map.planner import Horizon, Known, Plan, make_plan
-from controllers.control_map.run import Pace, trains_of
-from controllers.control_map.telegrams import COMMANDS, Sent, limits_m, nothing_sent
-from controllers.control_map.way import Obstructions, order_of
-from controllers.options import require
-from controllers.protection.ceiling import LineCeiling, braked_to_mps
-from controllers.reports import Reports, emergency, no_reports, radio_of, take_reports
-from railway.arrays import BoolArray, FloatArray
-from railway.compiled import plain
-from railway.control import Separation
-from railway.control_map import Bands, free_to_m, layers_of, overlaps_m, ways_of
-from railway.promises import Promises
-from railway.radio import TOLERANCE_S, RadioSpec
-from railway.state import NOTHING, Authority, LineState, Link
-from railway.world import World
+from kankaku.controllers.control_map.planner import Horizon, Known, Plan, make_plan
+from kankaku.controllers.control_map.run import Pace, trains_of
+from kankaku.controllers.control_map.telegrams import COMMANDS, Sent, limits_m, nothing_sent
+from kankaku.controllers.control_map.way import Obstructions, order_of
+from kankaku.controllers.options import require
+from kankaku.controllers.protection.ceiling import LineCeiling, braked_to_mps
+from kankaku.controllers.reports import Reports, emergency, no_reports, radio_of, take_reports
+from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.compiled import plain
+from kankaku.railway.control import Separation
+from kankaku.railway.control_map import Bands, free_to_m, layers_of, overlaps_m, ways_of
+from kankaku.railway.promises import Promises
+from kankaku.railway.radio import TOLERANCE_S, RadioSpec
+from kankaku.railway.state import NOTHING, Authority, LineState, Link
+from kankaku.railway.world import World
 
 UPDATE_S = 0.5
 """Time between maps, and between the moments of a map (Sugiyama 2018, section 3.1.3). [s]"""
@@ -101,7 +100,7 @@ class Memory(NamedTuple):
     refused_s: float
     """When the last map was made whose bands overlapped: nothing of it was sent. [s]"""
     covered_m: FloatArray
-    """See :attr:`railway.state.Link.covered_m`. [m], shape (n_trains,)"""
+    """See :attr:`kankaku.railway.state.Link.covered_m`. [m], shape (n_trains,)"""
     held_s: FloatArray
     """When the commands were sent that trains go by. [s], shape (n_trains,)"""
     held_m: FloatArray

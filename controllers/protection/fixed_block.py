@@ -1,8 +1,8 @@
 """What protections over fixed blocks share."""
 
-from controllers.options import OptionError
-from railway.detection import Detection
-from railway.world import World
+from kankaku.controllers.options import OptionError
+from kankaku.railway.detection import Detection
+from kankaku.railway.world import World
 
 
 def detection_on(world: World) -> Detection:

@@ -11,9 +11,8 @@ the rules say (zero-order Takagi and Sugeno).
 from typing import NamedTuple
 
 import numpy as np
-
-from railway.arrays import FloatArray
-from railway.compiled import compiled, count_up_to
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.compiled import compiled, count_up_to
 
 
 class RuleBase(NamedTuple):

@@ -14,23 +14,22 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-
-from controllers.options import require
-from controllers.protection.ceiling import (
+from kankaku.controllers.options import require
+from kankaku.controllers.protection.ceiling import (
     CeilingFields,
     CeilingFigures,
     LineCeiling,
     braked_to_mps,
     ceiling_ahead_mps,
 )
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.buffers import Buffers, drifted_buffer_m, reaching_front_m
-from railway.compiled import compiled, count_up_to, plain
-from railway.control import Separation
-from railway.profile import build_profile
-from railway.promises import Promises
-from railway.state import NOTHING, Authority, LineState
-from railway.world import World
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.buffers import Buffers, drifted_buffer_m, reaching_front_m
+from kankaku.railway.compiled import compiled, count_up_to, plain
+from kankaku.railway.control import Separation
+from kankaku.railway.profile import build_profile
+from kankaku.railway.promises import Promises
+from kankaku.railway.state import NOTHING, Authority, LineState
+from kankaku.railway.world import World
 
 ENTERED_M = 1.0
 """A front this far in a platform section has entered it; one at its start may be off a bit. [m]"""

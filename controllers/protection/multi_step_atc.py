@@ -11,24 +11,23 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-
-from controllers.options import OptionError, require
-from controllers.protection.ceiling import (
+from kankaku.controllers.options import OptionError, require
+from kankaku.controllers.protection.ceiling import (
     CeilingFields,
     CeilingFigures,
     LineCeiling,
     ceiling_ahead_mps,
 )
-from controllers.protection.code_doubts import never_shown
-from controllers.protection.code_table import Braking, code_table
-from controllers.protection.fixed_block import detection_on
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled, plain
-from railway.control import Separation
-from railway.detection import Sight, Tiling, place_of, place_of_front
-from railway.promises import Promises
-from railway.state import NOTHING, Authority, LineState
-from railway.world import World
+from kankaku.controllers.protection.code_doubts import never_shown
+from kankaku.controllers.protection.code_table import Braking, code_table
+from kankaku.controllers.protection.fixed_block import detection_on
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled, plain
+from kankaku.railway.control import Separation
+from kankaku.railway.detection import Sight, Tiling, place_of, place_of_front
+from kankaku.railway.promises import Promises
+from kankaku.railway.state import NOTHING, Authority, LineState
+from kankaku.railway.world import World
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,16 +11,15 @@ rear, taken as standing.
 from dataclasses import dataclass
 
 import numpy as np
-
-from controllers.options import require
-from controllers.protection.ceiling import LineCeiling, braked_to_mps
-from railway.arrays import BoolArray, FloatArray, IntArray
-from railway.compiled import compiled
-from railway.control import Separation
-from railway.profile import SPACING_M, at
-from railway.promises import Promises
-from railway.state import NOTHING, Authority, LineState
-from railway.world import World
+from kankaku.controllers.options import require
+from kankaku.controllers.protection.ceiling import LineCeiling, braked_to_mps
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.control import Separation
+from kankaku.railway.profile import SPACING_M, at
+from kankaku.railway.promises import Promises
+from kankaku.railway.state import NOTHING, Authority, LineState
+from kankaku.railway.world import World
 
 EXACT_M = 0.01
 """How exactly the place of a stand is found, on the near side. [m]"""

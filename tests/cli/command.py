@@ -12,9 +12,8 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
-import interrupts
-import run
-import screen
+from kankaku import interrupts
+from kankaku.commands import app, screen
 from tests.unit.scenario_folder import write_scenario
 
 PROJECT = Path(__file__).parents[2]
@@ -45,7 +44,7 @@ def kankaku(*arguments: str | Path, width: int = 200) -> Screen:
     # Said to the consoles, too: what stood in the environment when they were made counts as well.
     screen.answers.width = screen.console.width = width
     environment = {"COLUMNS": str(width), "TERM": "dumb", "NO_COLOR": "1"}
-    done = CliRunner().invoke(run.app, [str(part) for part in arguments], env=environment)
+    done = CliRunner().invoke(app.app, [str(part) for part in arguments], env=environment)
     if done.exception and not isinstance(done.exception, SystemExit):
         raise done.exception
     return Screen(done.exit_code, done.stdout, done.stderr)

@@ -3,11 +3,12 @@
 import time
 from typing import TYPE_CHECKING, cast
 
-import controllers
-import run
-from controllers import Layer
-from controllers.protection.moving_block import Ahead, MovingBlock, MovingBlockOptions
-from railway.state import Authority, LineState
+from kankaku.controllers.protection.moving_block import Ahead, MovingBlock, MovingBlockOptions
+from kankaku.railway.state import Authority, LineState
+
+from kankaku import controllers
+from kankaku.commands import app
+from kankaku.controllers import Layer
 
 if TYPE_CHECKING:
     from collections.abc import MutableMapping
@@ -41,5 +42,5 @@ if __name__ in {"__main__", "__mp_main__"}:
     registry.update(blind=BLIND, stuck=STUCK)
 
 if __name__ == "__main__":
-    run.end_as_by_ctrl_c()
-    run.app()
+    app.end_as_by_ctrl_c()
+    app.app()

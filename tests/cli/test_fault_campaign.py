@@ -6,8 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-import faults
-import study
+from kankaku.studies import campaign, study
 from tests.cli.command import BAD_INPUT, Screen, contents, kankaku, two_controllers
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "control_map"
@@ -16,7 +15,7 @@ RUNS = 4
 TABLES = {"columns.csv", "fault_runs.csv", "fault_table.csv", "journal.jsonl", "provenance.json"}
 
 
-def campaign(place: Path, *options: str) -> Screen:
+def run_it(place: Path, *options: str) -> Screen:
     """Four runs with a long step, which takes a fifth of the time."""
     always = ("--jobs", "1", "--step", "0.5", "--out", str(place))
     return kankaku("faults", SCENARIO, "--runs", str(RUNS), *always, *options)
@@ -29,7 +28,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def screen(place: Path) -> Screen:
-    return campaign(place)
+    return run_it(place)
 
 
 @pytest.fixture(scope="module")
@@ -63,24 +62,24 @@ def test_an_interrupted_campaign_is_continued_and_comes_to_the_same(
     results: Path, tmp_path: Path
 ) -> None:
     chosen = study.choose(SCENARIO, names=("control_map",), step_s=0.5)
-    wanted = faults.Campaign(chosen, RUNS)
+    wanted = campaign.Campaign(chosen, RUNS)
 
     def gives_up(done: int, total: int) -> None:
         assert total == 2 * RUNS
         if done == RUNS + 2:
             raise KeyboardInterrupt
 
-    broken = faults.run_campaign(wanted, tmp_path, gives_up)
+    broken = campaign.run_campaign(wanted, tmp_path, gives_up)
     assert broken.interrupted
     assert len(broken.tables.runs) == 2
-    journal = tmp_path / "control_map_faults" / faults.JOURNAL
+    journal = tmp_path / "control_map_faults" / campaign.JOURNAL
     # Killed while writing the next line.
     journal.write_bytes(journal.read_bytes() + b'{"number": 2, "se')
     done: list[int] = []
-    whole = faults.run_campaign(wanted, tmp_path, lambda finished, _: done.append(finished))
+    whole = campaign.run_campaign(wanted, tmp_path, lambda finished, _: done.append(finished))
     assert done == [RUNS + 3, RUNS + 4]
     assert not whole.interrupted
-    for name in ("fault_runs.csv", "fault_table.csv", faults.JOURNAL):
+    for name in ("fault_runs.csv", "fault_table.csv", campaign.JOURNAL):
         assert (journal.parent / name).read_bytes() == (results / name).read_bytes()
 
 
@@ -88,11 +87,11 @@ def test_what_is_finished_is_not_run_again_and_another_campaign_is_refused(
     place: Path, results: Path
 ) -> None:
     before = contents(results)
-    assert campaign(place).status == 0
+    assert run_it(place).status == 0
     after = contents(results)
     for name in TABLES - {"provenance.json"}:
         assert after[name] == before[name]
-    refused = campaign(place, "--seed", "7")
+    refused = run_it(place, "--seed", "7")
     assert refused.status == BAD_INPUT
     assert "of another campaign (seed); allowed: --fresh" in refused.complaints
     assert contents(results) == after
@@ -104,23 +103,23 @@ def test_a_damaged_journal_is_named_with_its_line(
 ) -> None:
     folder = tmp_path / results.name
     folder.mkdir()
-    lines = (results / faults.JOURNAL).read_bytes().splitlines()
+    lines = (results / campaign.JOURNAL).read_bytes().splitlines()
     lines[2] = line
-    (folder / faults.JOURNAL).write_bytes(b"\n".join(lines) + b"\n")
-    seen = campaign(tmp_path)
+    (folder / campaign.JOURNAL).write_bytes(b"\n".join(lines) + b"\n")
+    seen = run_it(tmp_path)
     assert seen.status == BAD_INPUT
     assert "journal.jsonl, line 3: damaged; allowed: --fresh" in seen.complaints
-    assert campaign(tmp_path, "--fresh").status == 0
+    assert run_it(tmp_path, "--fresh").status == 0
 
 
 def test_an_unsafe_run_ends_with_a_status_of_its_own(results: Path, tmp_path: Path) -> None:
     folder = tmp_path / results.name
     folder.mkdir()
-    lines = (results / faults.JOURNAL).read_text("utf-8").splitlines()
+    lines = (results / campaign.JOURNAL).read_text("utf-8").splitlines()
     last = {**json.loads(lines[-1]), "unsafe_events": 1, "first_event": "t2 collided"}
     told = "\n".join([*lines[:-1], json.dumps(last)]) + "\n"
-    (folder / faults.JOURNAL).write_text(told, "utf-8")
-    seen = campaign(tmp_path)
+    (folder / campaign.JOURNAL).write_text(told, "utf-8")
+    seen = run_it(tmp_path)
     assert seen.status == VIOLATION
     assert "1 runs with unsafe events" in seen.complaints
     assert "t2 collided" in seen.complaints
@@ -133,6 +132,6 @@ def test_other_controllers_and_other_folders_are_refused(tmp_path: Path) -> None
     assert "plain; allowed: one with the protection control_map" in wrong.complaints
     (tmp_path / "control_map_faults").mkdir()
     (tmp_path / "control_map_faults" / "precious.txt").write_text("mine", "utf-8")
-    foreign = campaign(tmp_path)
+    foreign = run_it(tmp_path)
     assert foreign.status == BAD_INPUT
     assert "holds no results of this program" in foreign.complaints

@@ -9,8 +9,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from analysis import read_results
-from scenarios import load
+from kankaku.analysis import read_results
+from kankaku.scenarios import load
 from tests.cli.command import (
     PROJECT,
     Screen,

@@ -4,8 +4,9 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from math import sqrt
 
-from railway.line import Gradient, SpeedLimit
-from railway.rolling_stock import TrainType
+from kankaku.railway.line import Gradient, SpeedLimit
+from kankaku.railway.rolling_stock import TrainType
+
 from tests.property.dense_run import GRAVITY, inertial_kg, pull_n, rolling_n
 
 STEP_S = 0.005

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from math import inf, sqrt
 
 import numpy as np
-
-from railway.arrays import FloatArray
-from railway.line import Line
-from railway.rolling_stock import TrainType
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.line import Line
+from kankaku.railway.rolling_stock import TrainType
 
 GRAVITY = 9.80665
 CELL_M = 0.05

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from kankaku.railway.line import Line
+from kankaku.railway.obstructions import Cause, Closure, Disruptions, PointsFailure
+from kankaku.railway.radio import LOSSLESS
+from kankaku.railway.scenario import Scenario
 
-from railway.line import Line
-from railway.obstructions import Cause, Closure, Disruptions, PointsFailure
-from railway.radio import LOSSLESS
-from railway.scenario import Scenario
 from tests.property.runs import READY_S, loop_station_scenario
 from tests.unit.test_control_map import on_map
 from tests.worlds import merge_scenario, two_station_scenario

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from kankaku.railway.eco_run import eco, net_energy_j
+from kankaku.railway.line import Gradient, Line, SpeedLimit
+from kankaku.railway.profile import build_profile
+from kankaku.railway.rolling_stock import TrainType
+from kankaku.railway.run_curve import fastest
+from kankaku.railway.way import Way, way_on
 
-from railway.eco_run import eco, net_energy_j
-from railway.line import Gradient, Line, SpeedLimit
-from railway.profile import build_profile
-from railway.rolling_stock import TrainType
-from railway.run_curve import fastest
-from railway.way import Way, way_on
-from scenarios import load
+from kankaku.scenarios import load
 from tests.property.dense_optimum import Optimum, dense_optimum
 from tests.property.dense_run import dense_run, restrictions
 from tests.worlds import commuter_train, straight_line

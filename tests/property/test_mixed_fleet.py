@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from kankaku.railway.line import Gradient, SpeedLimit
+from kankaku.railway.scenario import Scenario
+from kankaku.railway.timetable import Timetable
 
-from controllers import OPERATIONS
-from railway.line import Gradient, SpeedLimit
-from railway.scenario import Scenario
-from railway.timetable import Timetable
+from kankaku.controllers import OPERATIONS
 from tests.property.runs import run
 from tests.worlds import commuter_train, merge_scenario, world_of
 

@@ -5,13 +5,20 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from kankaku.controllers.control_map.run import (
+    Pace,
+    Place,
+    Trains,
+    run,
+    stopping_place_m,
+    trains_of,
+)
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.line import Gradient, SpeedLimit
+from kankaku.railway.profile import at_each
+from kankaku.railway.world import World
 from scipy.optimize import brentq
 
-from controllers.control_map.run import Pace, Place, Trains, run, stopping_place_m, trains_of
-from railway.arrays import FloatArray
-from railway.line import Gradient, SpeedLimit
-from railway.profile import at_each
-from railway.world import World
 from tests.property.runs import GRAVITY, random_gradients, random_limits, solo_scenario
 from tests.worlds import commuter_train, world_of
 

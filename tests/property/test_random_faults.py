@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+from kankaku.controllers.control_map.wrong_maps import WrongMaps
+from kankaku.controllers.protection.control_map import ControlMapOptions
+from kankaku.railway.faults import Fault, FaultKind, Variant
+from kankaku.railway.radio import LOSSLESS
+from kankaku.railway.random_faults import draw_fault
+from kankaku.railway.scenario import Scenario
 
-from controllers import build
-from controllers.control_map.wrong_maps import WrongMaps
-from controllers.protection.control_map import ControlMapOptions
-from railway.faults import Fault, FaultKind, Variant
-from railway.radio import LOSSLESS
-from railway.random_faults import draw_fault
-from railway.scenario import Scenario
+from kankaku.controllers import build
 from tests.property.runs import READY_S, loop_station_scenario, run
 from tests.property.test_control_maps import days
 from tests.unit.test_faults import SPEC, Listener, failing, two_trains

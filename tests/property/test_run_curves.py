@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.buffers import Buffers
+from kankaku.railway.line import Curve, Line
+from kankaku.railway.run_curve import RunCurve, RunTimeError, fastest_run, timed_run
 
-from railway.arrays import FloatArray
-from railway.buffers import Buffers
-from railway.line import Curve, Line
-from railway.run_curve import RunCurve, RunTimeError, fastest_run, timed_run
 from tests.property.dense_run import (
     GRAVITY,
     NO_RADIO,

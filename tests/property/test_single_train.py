@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from kankaku.railway.line import Curve, Gradient, SpeedLimit
+from kankaku.railway.rolling_stock import TrainType
+from kankaku.railway.scenario import Scenario
 
-from railway.line import Curve, Gradient, SpeedLimit
-from railway.rolling_stock import TrainType
-from railway.scenario import Scenario
 from tests.property.runs import (
     GRAVITY,
     Observed,

@@ -6,8 +6,7 @@ import zlib
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
-from railway.telegram import (
+from kankaku.railway.telegram import (
     CONTENT_BYTES,
     PACKET_BYTES,
     POINTS,

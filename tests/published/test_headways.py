@@ -5,16 +5,16 @@ from typing import cast
 
 import numpy as np
 import pytest
+from kankaku.railway.control import Foresight
+from kankaku.railway.headway import blocking_times_s, technical_headways
+from kankaku.railway.journey import technical_journey
+from kankaku.railway.permitted import permitted_profile
+from kankaku.railway.rolling_stock import RunningResistance, Traction, TrainType
+from kankaku.railway.scenario import ControllerSpec
+from kankaku.railway.timetable import Call, Service, Timetable
+from kankaku.railway.world import World, build_world
 
-import controllers
-from railway.control import Foresight
-from railway.headway import blocking_times_s, technical_headways
-from railway.journey import technical_journey
-from railway.permitted import permitted_profile
-from railway.rolling_stock import RunningResistance, Traction, TrainType
-from railway.scenario import ControllerSpec
-from railway.timetable import Call, Service, Timetable
-from railway.world import World, build_world
+from kankaku import controllers
 from tests.worlds import commuter_train, straight_line
 
 DWELL_S, LENGTH_M = 30.0, 200.0

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from kankaku.railway.eco_run import eco, net_energy_j
+from kankaku.railway.line import Line, SpeedLimit
+from kankaku.railway.profile import build_profile
+from kankaku.railway.rolling_stock import TrainType
+from kankaku.railway.run_curve import fastest
+from kankaku.railway.way import way_on
 
-from railway.eco_run import eco, net_energy_j
-from railway.line import Line, SpeedLimit
-from railway.profile import build_profile
-from railway.rolling_stock import TrainType
-from railway.run_curve import fastest
-from railway.way import way_on
-from scenarios import load
+from kankaku.scenarios import load
 from tests.worlds import straight_line
 
 SUPPLEMENT = 0.0385

@@ -5,18 +5,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from kankaku.analysis.dependability import HOUR_S, ROWS
+from kankaku.analysis.saved_run import Trip
+from kankaku.railway.availability import Configuration, availability, estimate, simulate_outages
+from kankaku.railway.fault_tree import joint_probability, minimal_cut_sets, top_probability
+from kankaku.railway.journey import booked_journey
+from kankaku.railway.network import Link
+from kankaku.railway.scenario import Scenario
 
-import study
-from analysis import Endurance, LoadCase, SavedRun
-from analysis.dependability import HOUR_S, ROWS
-from analysis.saved_run import Trip
-from radio_load import EvenTrains, FullCell, Question, perform
-from railway.availability import Configuration, availability, estimate, simulate_outages
-from railway.fault_tree import joint_probability, minimal_cut_sets, top_probability
-from railway.journey import booked_journey
-from railway.network import Link
-from railway.scenario import Scenario
-from scenarios import load, load_configurations, load_fault_tree, load_radio_plan
+from kankaku.analysis import Endurance, LoadCase, SavedRun
+from kankaku.scenarios import load, load_configurations, load_fault_tree, load_radio_plan
+from kankaku.studies import study
+from kankaku.studies.radio_study import EvenTrains, FullCell, Question, perform
 
 FOLDER = Path(__file__).parents[2] / "scenarios" / "rush_hour"
 MAP = FOLDER.parent / "control_map"

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from kankaku.railway.records import RunRecord
+from kankaku.railway.scenario import Scenario
 
-import study
-from railway.records import RunRecord
-from railway.scenario import Scenario
-from scenarios import load
+from kankaku.scenarios import load
+from kankaku.studies import study
 
 FOLDER = Path(__file__).parents[2] / "scenarios" / "atd_headway"
 PUBLISHED_S = 21.0

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.monitor import Monitor
+from kankaku.railway.recorder import StepBlock
 
-import study
-from railway import loop
-from railway.arrays import FloatArray
-from railway.monitor import Monitor
-from railway.recorder import StepBlock
+from kankaku.railway import loop
+from kankaku.studies import study
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "binding"
 EXACT = 0.005

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from kankaku.controllers.drive import TractionDrive
+from kankaku.railway.control import Command
+from kankaku.railway.engine import Engine
+from kankaku.railway.loop import simulate
+from kankaku.railway.state import Advice, Authority, LineState
+from kankaku.railway.world import World
+from kankaku.sumo_net.build import build
+from kankaku.sumo_net.engine import EngineDisagreementError, SumoEngine
 
-from controllers.drive import TractionDrive
-from railway.control import Command
-from railway.engine import Engine
-from railway.loop import simulate
-from railway.state import Advice, Authority, LineState
-from railway.world import World
-from sumo_net.build import build
-from sumo_net.engine import EngineDisagreementError, SumoEngine
 from tests.property.runs import controller_of
 from tests.worlds import two_station_scenario, world_of
 

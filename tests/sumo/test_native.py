@@ -7,20 +7,20 @@ from typing import TypeAlias
 
 import numpy as np
 import pytest
+from kankaku.controllers.peers import PEERS, build_peer
+from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray
+from kankaku.railway.dwell import DwellDelays, Overstay
+from kankaku.railway.engine import Observation
+from kankaku.railway.line import Block, Gradient, SpeedLimit
+from kankaku.railway.loop import simulate
+from kankaku.railway.records import RunRecord
+from kankaku.railway.run_curve import fastest_run
+from kankaku.railway.scenario import Scenario
+from kankaku.railway.state import Reason
+from kankaku.sumo_net.build import build_native, sumo_binary
+from kankaku.sumo_net.native import NativeEngine, PeerError
+from kankaku.sumo_net.native_xml import STANDING_GAP_M
 
-from controllers.peers import PEERS, build_peer
-from railway.arrays import GRAVITY_MPS2, FloatArray
-from railway.dwell import DwellDelays, Overstay
-from railway.engine import Observation
-from railway.line import Block, Gradient, SpeedLimit
-from railway.loop import simulate
-from railway.records import RunRecord
-from railway.run_curve import fastest_run
-from railway.scenario import Scenario
-from railway.state import Reason
-from sumo_net.build import build_native, sumo_binary
-from sumo_net.native import NativeEngine, PeerError
-from sumo_net.native_xml import STANDING_GAP_M
 from tests.ends_of_ways import joint_scenario, short_turn_scenario
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 
@@ -300,7 +300,7 @@ def test_order_where_tracks_join_is_that_of_the_timetable(
 
     assert order() == [0, 1, 2]
     # Without the constraints SUMO lets the train go first that is ready first.
-    monkeypatch.setattr("sumo_net.native_xml.precedences", lambda *_: iter(()))
+    monkeypatch.setattr("kankaku.sumo_net.native_xml.precedences", lambda *_: iter(()))
     assert order() == [1, 0, 2]
 
 
@@ -353,7 +353,7 @@ def test_window_is_driven_through_the_same_interface(
     # The command line of sumo takes the options of sumo-gui, and needs no display.
     scenario = two_station_scenario(1, block_m=400.0)
     without = watched(opened(scenario, "sumo_native_fixed"), READY_S + 60.0)
-    monkeypatch.setattr("sumo_net.engine.sumo_binary", lambda _: sumo_binary("sumo"))
+    monkeypatch.setattr("kankaku.sumo_net.engine.sumo_binary", lambda _: sumo_binary("sumo"))
     engine = opened(scenario, "sumo_native_fixed")
     windowed = NativeEngine(engine._files, world_of(scenario), gui=True)  # noqa: SLF001
     seen = watched(windowed, READY_S + 60.0)

@@ -9,13 +9,13 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
+from kankaku.railway.line import Block, Gradient, Line
+from kankaku.railway.scenario import Scenario
+from kankaku.sumo_net.build import SumoFiles, build, network, sumo_binary
+from kankaku.sumo_net.drawing import EARTH_RADIUS_M, TRACK_SPACING_M, centre_line
+from kankaku.sumo_net.engine import SumoEngine
 
-from railway.line import Block, Gradient, Line
-from railway.scenario import Scenario
-from sumo_net import names, plain_xml
-from sumo_net.build import SumoFiles, build, network, sumo_binary
-from sumo_net.drawing import EARTH_RADIUS_M, TRACK_SPACING_M, centre_line
-from sumo_net.engine import SumoEngine
+from kankaku.sumo_net import names, plain_xml
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 
 READY_S = 25_200.0
@@ -103,7 +103,7 @@ def test_a_chosen_cache_that_cannot_be_written_is_named(
 def test_without_any_cache_the_network_is_built_for_the_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sumo_net.build.cache_folder", lambda: None)
+    monkeypatch.setattr("kankaku.sumo_net.build.cache_folder", lambda: None)
     assert built(two_station_scenario(1), tmp_path / "run").network.stat().st_size > 0
 
 
@@ -261,7 +261,7 @@ def test_window_is_driven_through_the_same_interface(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The command line of sumo takes the options of sumo-gui, and needs no display.
-    monkeypatch.setattr("sumo_net.engine.sumo_binary", lambda _: sumo_binary("sumo"))
+    monkeypatch.setattr("kankaku.sumo_net.engine.sumo_binary", lambda _: sumo_binary("sumo"))
     scenario = two_station_scenario(1, block_m=400.0)
     with SumoEngine(built(scenario, tmp_path / "run"), world_of(scenario), gui=True) as engine:
         seen = engine.observe()

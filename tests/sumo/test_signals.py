@@ -12,22 +12,22 @@ from xml.etree import ElementTree as ET
 import libsumo
 import numpy as np
 import pytest
+from kankaku.railway.arrays import BoolArray
+from kankaku.railway.detection import Detection
+from kankaku.railway.dwell import DwellDelays, Overstay
+from kankaku.railway.engine import Engine, Observation
+from kankaku.railway.line import Block, Section, SpeedLimit, Track, Turnout
+from kankaku.railway.loop import simulate
+from kankaku.railway.records import RunRecord
+from kankaku.railway.scenario import ControllerSpec, Scenario
+from kankaku.railway.timetable import Call, Service
+from kankaku.railway.world import World
+from kankaku.sumo_net.build import IGNORE_SIGNALS, SumoFiles, build
+from kankaku.sumo_net.engine import SumoEngine, disarm
+from kankaku.sumo_net.signals import block_of_lane, shown_network
 
-import controllers
-from railway.arrays import BoolArray
-from railway.detection import Detection
-from railway.dwell import DwellDelays, Overstay
-from railway.engine import Engine, Observation
-from railway.line import Block, Section, SpeedLimit, Track, Turnout
-from railway.loop import simulate
-from railway.records import RunRecord
-from railway.scenario import ControllerSpec, Scenario
-from railway.timetable import Call, Service
-from railway.world import World
-from sumo_net import engine as engine_module
-from sumo_net.build import IGNORE_SIGNALS, SumoFiles, build
-from sumo_net.engine import SumoEngine, disarm
-from sumo_net.signals import block_of_lane, shown_network
+from kankaku import controllers
+from kankaku.sumo_net import engine as engine_module
 from tests.worlds import (
     blocks_every,
     make_scenario,

@@ -4,9 +4,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-
-from railway.arrays import FloatArray
-from railway.network import Cells, RadioSystem
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.network import Cells, RadioSystem
 
 CENTRAL = RadioSystem(
     name="central",

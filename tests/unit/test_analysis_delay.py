@@ -5,19 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-
-from analysis.delay import (
+from kankaku.analysis.delay import (
     primary_delay_s,
     propagation,
     secondary_delay_s,
     technical_run_times_s,
     unhindered_arrivals_s,
 )
-from analysis.headway import departure_arrival_intervals
-from analysis.interstation import stop_totals
-from analysis.summary import summary_frame
-from analysis.tables import RunTables, run_tables
-from railway.run_curve import fastest_run
+from kankaku.analysis.headway import departure_arrival_intervals
+from kankaku.analysis.interstation import stop_totals
+from kankaku.analysis.summary import summary_frame
+from kankaku.analysis.tables import RunTables, run_tables
+from kankaku.railway.run_curve import fastest_run
+
 from tests.records import (
     READY_S,
     make_record,

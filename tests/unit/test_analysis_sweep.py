@@ -6,13 +6,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-
-from analysis.compare import comparison
-from analysis.publishing import PUBLISHED_FILES, publish
-from analysis.results import read_results, run_folder
-from analysis.schema import typed_frame
-from analysis.summary import summary_frame
-from analysis.sweep import (
+from kankaku.analysis.compare import comparison
+from kankaku.analysis.publishing import PUBLISHED_FILES, publish
+from kankaku.analysis.results import read_results, run_folder
+from kankaku.analysis.schema import typed_frame
+from kankaku.analysis.summary import summary_frame
+from kankaku.analysis.sweep import (
     MEASURED,
     headway_margin_s,
     measured_frame,
@@ -23,10 +22,11 @@ from analysis.sweep import (
     sweep_frame,
     sweep_texts,
 )
-from analysis.tables import RunTables, run_tables, write_run
-from railway.arrays import FloatArray
-from railway.records import Unfinished, Violation
-from railway.scenario import Published, Scenario, Sweep
+from kankaku.analysis.tables import RunTables, run_tables, write_run
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.records import Unfinished, Violation
+from kankaku.railway.scenario import Published, Scenario, Sweep
+
 from tests.records import READY_S, make_record, punctual, run_times_s, three_station_world
 from tests.worlds import make_scenario
 

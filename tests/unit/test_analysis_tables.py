@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-
-from analysis.compare import (
+from kankaku.analysis.compare import (
     INDICATORS,
     change_pct,
     change_text,
@@ -16,16 +15,17 @@ from analysis.compare import (
     comparison_texts,
     half_width,
 )
-from analysis.publishing import publish
-from analysis.report import reason_shares, report_text
-from analysis.results import COLUMNS, columns_frame, read_results, run_folder
-from analysis.schema import csv_text, read_csv, typed_frame
-from analysis.summary import SUMMARY, summary_frame
-from analysis.tables import REASONS, RunTables, run_tables, write_run
-from railway.obstructions import Cause, Obstruction
-from railway.records import RAW_TABLES, Column, Unfinished, Violation
-from railway.scenario import Scenario
-from railway.state import Reason
+from kankaku.analysis.publishing import publish
+from kankaku.analysis.report import reason_shares, report_text
+from kankaku.analysis.results import COLUMNS, columns_frame, read_results, run_folder
+from kankaku.analysis.schema import csv_text, read_csv, typed_frame
+from kankaku.analysis.summary import SUMMARY, summary_frame
+from kankaku.analysis.tables import REASONS, RunTables, run_tables, write_run
+from kankaku.railway.obstructions import Cause, Obstruction
+from kankaku.railway.records import RAW_TABLES, Column, Unfinished, Violation
+from kankaku.railway.scenario import Scenario
+from kankaku.railway.state import Reason
+
 from tests.records import (
     READY_S,
     Stand,

@@ -6,19 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from kankaku.controllers.operation import approach_point as rules
+from kankaku.controllers.operation.approach_plan import ApproachPoint, Site, approach_point
+from kankaku.controllers.operation.approach_point import Plans
+from kankaku.controllers.operation.close_up import NO_CEILING_MPS
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.control import Controller, Drive, Operation
+from kankaku.railway.records import RunRecord
+from kankaku.railway.scenario import ControllerSpec, Option, Scenario
+from kankaku.railway.state import NO_REASON, Advice, Authority, LineState
+from kankaku.railway.timetable import Timetable
+from kankaku.railway.world import World
 
-from controllers import ControllerError, build
-from controllers.operation import approach_point as rules
-from controllers.operation.approach_plan import ApproachPoint, Site, approach_point
-from controllers.operation.approach_point import Plans
-from controllers.operation.close_up import NO_CEILING_MPS
-from railway.arrays import FloatArray
-from railway.control import Controller, Drive, Operation
-from railway.records import RunRecord
-from railway.scenario import ControllerSpec, Option, Scenario
-from railway.state import NO_REASON, Advice, Authority, LineState
-from railway.timetable import Timetable
-from railway.world import World
+from kankaku.controllers import ControllerError, build
 from tests.property.runs import Observed, loop_station_scenario, run
 from tests.worlds import commuter_train, two_station_scenario, world_of
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from railway.availability import (
+from kankaku.railway.availability import (
     YEAR_S,
     Configuration,
     DeviceGroup,

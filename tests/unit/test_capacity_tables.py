@@ -5,9 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-import study
-from analysis.capacity import (
+from kankaku.analysis.capacity import (
     BLOCKING_TIMES,
     CAPACITY,
     HEADWAYS,
@@ -20,14 +18,16 @@ from analysis.capacity import (
     headways_frame,
     level_of,
 )
-from analysis.capacity_diagram import MARKERS, TARGETS, capacity_figure
-from analysis.capacity_stairway import MOST_PANELS, stairway_figure
-from analysis.figures import colour, write_figure
-from analysis.results import stations_frame
-from capacity import assess_by_theory
-from railway.headway import Headway
+from kankaku.analysis.capacity_diagram import MARKERS, TARGETS, capacity_figure
+from kankaku.analysis.capacity_stairway import MOST_PANELS, stairway_figure
+from kankaku.analysis.figures import colour, write_figure
+from kankaku.analysis.results import stations_frame
+from kankaku.railway.headway import Headway
+
+from kankaku.studies import study
+from kankaku.studies.capacity_study import assess_by_theory
+from kankaku.studies.two_trains import least_free, two_trains
 from tests.cli.command import two_controllers
-from two_trains import least_free, two_trains
 
 ATD = """
 [controllers.atd]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 PARTS = """
 from typing import NamedTuple
-from railway.compiled import compiled
+from kankaku.railway.compiled import compiled
 class {name}(NamedTuple):
     {first}: float
     {second}: float
@@ -17,7 +17,7 @@ def part(value: float) -> float:
 WHOLE = """
 import parts
 from parts import {name}, part
-from railway.compiled import compiled
+from kankaku.railway.compiled import compiled
 @compiled
 def whole(pair: {name}) -> float:
     return part(pair.wanted)

@@ -6,16 +6,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from kankaku.controllers.protection.control_map import ControlMap, ControlMapOptions, Memory
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.faults import Fault
+from kankaku.railway.obstructions import Cause, Closure, Disruptions
+from kankaku.railway.radio import LOSSLESS, Outage, RadioSpec
+from kankaku.railway.records import RunRecord
+from kankaku.railway.scenario import ControllerSpec, Option, Scenario
+from kankaku.railway.state import Authority, LineState, Reason
 
-from controllers import build
-from controllers.protection.control_map import ControlMap, ControlMapOptions, Memory
-from railway.arrays import FloatArray
-from railway.faults import Fault
-from railway.obstructions import Cause, Closure, Disruptions
-from railway.radio import LOSSLESS, Outage, RadioSpec
-from railway.records import RunRecord
-from railway.scenario import ControllerSpec, Option, Scenario
-from railway.state import Authority, LineState, Reason
+from kankaku.controllers import build
 from tests.property.runs import READY_S, Observed, loop_station_scenario, run
 from tests.worlds import two_station_scenario, world_of
 

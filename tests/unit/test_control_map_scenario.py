@@ -5,14 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.loop import simulate
+from kankaku.railway.obstructions import Cause, Obstruction
+from kankaku.railway.records import RunRecord
+from kankaku.railway.world import build_world
 
-from controllers import build
-from railway.arrays import FloatArray
-from railway.loop import simulate
-from railway.obstructions import Cause, Obstruction
-from railway.records import RunRecord
-from railway.world import build_world
-from scenarios import load
+from kankaku.controllers import build
+from kankaku.scenarios import load
 from tests.toy_engine import ToyEngine
 
 SCENARIO = load(Path(__file__).parents[2] / "scenarios" / "control_map")

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from kankaku.controllers.drive import TractionDrive
+from kankaku.railway.control import Bound
+from kankaku.railway.obstructions import unobstructed
+from kankaku.railway.state import NOTHING, Advice, Authority, Events, LineState, Link
+from kankaku.railway.world import World
 
-from controllers.drive import TractionDrive
-from railway.control import Bound
-from railway.obstructions import unobstructed
-from railway.state import NOTHING, Advice, Authority, Events, LineState, Link
-from railway.world import World
 from tests.worlds import two_station_scenario, world_of
 
 STEP_S = 0.5

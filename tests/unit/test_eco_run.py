@@ -6,15 +6,22 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from kankaku.railway.eco_run import EcoRun, eco, eco_run, net_energy_j
+from kankaku.railway.extremal import (
+    BRAKING,
+    COASTING,
+    ELECTRIC,
+    HOLDING,
+    SPEEDING_UP,
+    holding_speed_mps,
+)
+from kankaku.railway.line import Gradient, SpeedLimit
+from kankaku.railway.profile import build_profile
+from kankaku.railway.rolling_stock import RunningResistance, Traction, TrainType
+from kankaku.railway.run_curve import RunTimeError, StallError, fastest
+from kankaku.railway.way import Way, way_on
 from scipy.optimize import brentq
 
-from railway.eco_run import EcoRun, eco, eco_run, net_energy_j
-from railway.extremal import BRAKING, COASTING, ELECTRIC, HOLDING, SPEEDING_UP, holding_speed_mps
-from railway.line import Gradient, SpeedLimit
-from railway.profile import build_profile
-from railway.rolling_stock import RunningResistance, Traction, TrainType
-from railway.run_curve import RunTimeError, StallError, fastest
-from railway.way import Way, way_on
 from tests.worlds import commuter_train, straight_line
 
 STOP_M = 1500.0

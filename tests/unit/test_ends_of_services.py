@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios import ScenarioError, load
+from kankaku.scenarios import ScenarioError, load
 from tests.unit.scenario_folder import replace, write_scenario
 
 LATER_TRAINS = """\

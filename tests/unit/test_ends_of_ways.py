@@ -5,17 +5,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from kankaku.railway.compression import least_shifts_s
+from kankaku.railway.control_map import layers_of
+from kankaku.railway.detection import Detection
+from kankaku.railway.journey import booked_journey
+from kankaku.railway.line import Crossing
+from kankaku.railway.obstructions import Cause, Closure, Disruptions
+from kankaku.railway.state import Events
+from kankaku.railway.timetable import Timetable
+from kankaku.railway.wayside import Wayside
+from kankaku.railway.world import World
 
-from railway.compression import least_shifts_s
-from railway.control_map import layers_of
-from railway.detection import Detection
-from railway.journey import booked_journey
-from railway.line import Crossing
-from railway.obstructions import Cause, Closure, Disruptions
-from railway.state import Events
-from railway.timetable import Timetable
-from railway.wayside import Wayside
-from railway.world import World
 from tests.ends_of_ways import joint_scenario, short_turn_scenario
 from tests.property.runs import controller_of, loop_station_scenario, run
 from tests.worlds import world_of

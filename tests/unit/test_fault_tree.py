@@ -5,8 +5,7 @@ from itertools import product
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from railway.fault_tree import (
+from kankaku.railway.fault_tree import (
     Event,
     FaultTree,
     FaultTreeError,

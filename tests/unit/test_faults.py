@@ -6,18 +6,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from kankaku.controllers.control_map.measuring import RATIO, Notice
+from kankaku.controllers.control_map.wrong_maps import WrongMaps
+from kankaku.controllers.protection.control_map import ControlMap, ControlMapOptions, Memory
+from kankaku.railway.faults import CENTRE, KIND_OF, VARIANTS, Fault, FaultKind, Units, Variant
+from kankaku.railway.obstructions import Cause, Closure, Disruptions
+from kankaku.railway.radio import LOSSLESS
+from kankaku.railway.random_faults import DURATION_S, SIZE, WHEEL_S, draw_fault
+from kankaku.railway.records import RunRecord
+from kankaku.railway.scenario import ControllerSpec, Scenario
+from kankaku.railway.state import Authority, LineState, Reason
 
-from controllers import build
-from controllers.control_map.measuring import RATIO, Notice
-from controllers.control_map.wrong_maps import WrongMaps
-from controllers.protection.control_map import ControlMap, ControlMapOptions, Memory
-from railway.faults import CENTRE, KIND_OF, VARIANTS, Fault, FaultKind, Units, Variant
-from railway.obstructions import Cause, Closure, Disruptions
-from railway.radio import LOSSLESS
-from railway.random_faults import DURATION_S, SIZE, WHEEL_S, draw_fault
-from railway.records import RunRecord
-from railway.scenario import ControllerSpec, Scenario
-from railway.state import Authority, LineState, Reason
+from kankaku.controllers import build
 from tests.property.runs import READY_S, Observed, loop_station_scenario, run
 from tests.worlds import two_station_scenario, world_of
 

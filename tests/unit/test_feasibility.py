@@ -4,13 +4,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from kankaku.railway.feasibility import RESERVE_MPS2, Assessment, Lack, Shortfall, assess
+from kankaku.railway.line import Curve, Gradient
+from kankaku.railway.rolling_stock import Traction, TrainType
+from kankaku.railway.scenario import ControllerSpec, Scenario
 
-import study
-from railway.feasibility import RESERVE_MPS2, Assessment, Lack, Shortfall, assess
-from railway.line import Curve, Gradient
-from railway.rolling_stock import Traction, TrainType
-from railway.scenario import ControllerSpec, Scenario
-from scenarios import ScenarioError, load
+from kankaku.scenarios import ScenarioError, load
+from kankaku.studies import study
 from tests.cli.command import PROJECT, kankaku, refused
 from tests.ends_of_ways import short_turn_scenario
 from tests.unit import scenario_folder

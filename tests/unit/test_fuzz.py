@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
+from kankaku.railway.randomness import stream
 
-from railway.randomness import stream
-from scenarios import load
+from kankaku.scenarios import load
 from tools.fuzz import BAD, Answer, Plan, examine
 from tools.small_lines import small_line
 

@@ -7,19 +7,24 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from kankaku.controllers.protection.multi_step_atc import MultiStepAtc
+from kankaku.railway.compression import (
+    common_ways,
+    compressed_shifts_s,
+    least_shifts_s,
+    occupation_s,
+)
+from kankaku.railway.control import Foresight
+from kankaku.railway.headway import Given, Way, blocking_times_s, leg_headway, technical_headways
+from kankaku.railway.journey import booked_journey, technical_journey
+from kankaku.railway.line import Line, SpeedLimit
+from kankaku.railway.rolling_stock import RunningResistance, Traction, TrainType
+from kankaku.railway.scenario import ControllerSpec
+from kankaku.railway.timetable import Call, Service, Timetable
+from kankaku.railway.world import World, build_world
 
-import controllers
-from controllers.protection.multi_step_atc import MultiStepAtc
-from railway.compression import common_ways, compressed_shifts_s, least_shifts_s, occupation_s
-from railway.control import Foresight
-from railway.headway import Given, Way, blocking_times_s, leg_headway, technical_headways
-from railway.journey import booked_journey, technical_journey
-from railway.line import Line, SpeedLimit
-from railway.rolling_stock import RunningResistance, Traction, TrainType
-from railway.scenario import ControllerSpec
-from railway.timetable import Call, Service, Timetable
-from railway.world import World, build_world
-from scenarios import load
+from kankaku import controllers
+from kankaku.scenarios import load
 from tests.worlds import commuter_train, straight_line
 
 RUSH_HOUR = Path(__file__).parents[2] / "scenarios" / "rush_hour"

@@ -5,17 +5,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from kankaku.controllers.drive import TractionDrive
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.control import Command, Controller, Drive, Protection, Separation
+from kankaku.railway.line import Crossing, Gradient, SpeedLimit
+from kankaku.railway.obstructions import Cause, Closure, Disruptions
+from kankaku.railway.records import RunRecord
+from kankaku.railway.scenario import ControllerSpec, Scenario
+from kankaku.railway.state import Advice, Authority, LineState
+from kankaku.railway.world import World
 
-from controllers import build
-from controllers.drive import TractionDrive
-from railway.arrays import FloatArray
-from railway.control import Command, Controller, Drive, Protection, Separation
-from railway.line import Crossing, Gradient, SpeedLimit
-from railway.obstructions import Cause, Closure, Disruptions
-from railway.records import RunRecord
-from railway.scenario import ControllerSpec, Scenario
-from railway.state import Advice, Authority, LineState
-from railway.world import World
+from kankaku.controllers import build
 from tests.property.runs import Observed, controller_of, run
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 

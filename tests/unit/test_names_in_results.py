@@ -4,17 +4,17 @@ import json
 from pathlib import Path
 
 import pytest
+from kankaku.analysis.figures import style, write_figure
+from kankaku.analysis.report import markdown
+from kankaku.analysis.results import RESULT_FILES, read_provenance, run_folder
+from kankaku.analysis.saved_run import SavedRunError, read_saved_run
+from kankaku.analysis.schema import csv_text, read_csv, typed_frame, write_whole
+from kankaku.analysis.summary import SUMMARY
+from kankaku.railway.places import name_problem
+from kankaku.railway.records import Column
 from matplotlib.figure import Figure
 
-from analysis import read_results
-from analysis.figures import style, write_figure
-from analysis.report import markdown
-from analysis.results import RESULT_FILES, read_provenance, run_folder
-from analysis.saved_run import SavedRunError, read_saved_run
-from analysis.schema import csv_text, read_csv, typed_frame, write_whole
-from analysis.summary import SUMMARY
-from railway.places import name_problem
-from railway.records import Column
+from kankaku.analysis import read_results
 
 NAMES = ["=1+1", "+1", "-1", "@SUM(1)", "'quoted", "Plain", "$\\frac{", "a|b", ""]
 COLUMN = (Column("name", "str", "", "name"),)

@@ -7,10 +7,10 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
+from kankaku.railway.line import Block, Line, SpeedLimit
+from kankaku.railway.scenario import Scenario
 
-from railway.line import Block, Line, SpeedLimit
-from railway.scenario import Scenario
-from sumo_net import names, native_xml, plain_xml
+from kankaku.sumo_net import names, native_xml, plain_xml
 from tests.worlds import commuter_train, merge_scenario, two_station_scenario
 
 READY_S = 25_200.0

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-
-from controllers.control_map.onboard import CREEP_MPS, HEADROOM_MPS, keep_bands
+from kankaku.controllers.control_map.onboard import CREEP_MPS, HEADROOM_MPS, keep_bands
 
 STEP_S, MOMENT_S = 0.1, 0.5
 BRAKE_MPS2 = 1.0

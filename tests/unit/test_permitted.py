@@ -7,14 +7,14 @@ from typing import cast
 
 import numpy as np
 import pytest
+from kankaku.railway.control import Foresight
+from kankaku.railway.journey import Journey, booked_journey, technical_journey
+from kankaku.railway.line import Block, Line
+from kankaku.railway.permitted import permitted_profile
+from kankaku.railway.scenario import ControllerSpec, Option
+from kankaku.railway.world import World
 
-import controllers
-from railway.control import Foresight
-from railway.journey import Journey, booked_journey, technical_journey
-from railway.line import Block, Line
-from railway.permitted import permitted_profile
-from railway.scenario import ControllerSpec, Option
-from railway.world import World
+from kankaku import controllers
 from tests.unit.test_headway import (
     ACCELERATION_MPS2,
     BRAKE_MPS2,

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-import study
-from railway import places
+from kankaku.railway import places
+from kankaku.studies import study
 from tests.unit.scenario_folder import write_scenario
 
 PROJECT = Path(__file__).parents[2]
 NOWHERE = "/dev/null/nowhere"
 HALF = """
-from railway.compiled import compiled
+from kankaku.railway.compiled import compiled
 @compiled
 def half(value: float) -> float:
     return 0.5 * value
@@ -68,7 +68,7 @@ def test_formulas_compile_where_neither_source_nor_home_can_be_written(tmp_path:
     # A path through a device stands for a folder without leave: also root cannot write there.
     code = (
         "from numba.core import caching\n"
-        "import railway.compiled as it\n"
+        "import kankaku.railway.compiled as it\n"
         "own = caching.UserProvidedCacheLocator\n"
         "caching.CacheImpl._locator_classes = [own]\n"
         "import half\n"

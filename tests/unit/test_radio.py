@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kankaku.railway.arrays import BoolArray
+from kankaku.railway.radio import Outage, Radio, RadioSpec, RadioState
+from kankaku.railway.world import World
 
-from railway.arrays import BoolArray
-from railway.radio import Outage, Radio, RadioSpec, RadioState
-from railway.world import World
 from tests.property.runs import READY_S
 from tests.worlds import two_station_scenario, world_of
 

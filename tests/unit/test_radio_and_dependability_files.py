@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import pytest
+from kankaku.railway.line import Line
+from kankaku.railway.network import Link, RadioPlan
 
-from railway.line import Line
-from railway.network import Link, RadioPlan
-from scenarios import (
+from kankaku.scenarios import (
     ScenarioError,
     load,
     load_configurations,

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kankaku.railway.network import Cells, Link, RadioSystem, fragments_bytes
+from kankaku.railway.traffic import busy_shares
 
-from railway.network import Cells, Link, RadioSystem, fragments_bytes
-from railway.traffic import busy_shares
-from telecom import simulate
+from kankaku.telecom import simulate
 from tests.unit.radio_systems import CENTRAL, CONVENTIONAL, ONE_CELL, changed, standing
 
 SEED = 7

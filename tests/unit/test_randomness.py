@@ -1,8 +1,7 @@
 """Random streams are keyed."""
 
 import numpy as np
-
-from railway.randomness import stream
+from kankaku.railway.randomness import stream
 
 
 def test_the_same_key_gives_the_same_stream() -> None:

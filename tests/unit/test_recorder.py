@@ -4,10 +4,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from kankaku.railway.recorder import BLOCK_STEPS, DWELLING, Recorder, StepBlock
+from kankaku.railway.state import Reason
+from kankaku.railway.tracker import Tracker
 
-from railway.recorder import BLOCK_STEPS, DWELLING, Recorder, StepBlock
-from railway.state import Reason
-from railway.tracker import Tracker
 from tests.property.runs import controller_of, run
 from tests.worlds import two_station_scenario, world_of
 

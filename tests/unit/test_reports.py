@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kankaku.controllers.reports import emergency, no_reports, radio_of, take_reports
+from kankaku.railway.radio import Radio, RadioSpec
+from kankaku.railway.state import LineState
 
-from controllers.reports import emergency, no_reports, radio_of, take_reports
-from railway.radio import Radio, RadioSpec
-from railway.state import LineState
 from tests.states import behind
 from tests.worlds import two_station_scenario, world_of
 

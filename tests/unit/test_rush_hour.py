@@ -8,17 +8,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.stats import spearmanr
-
-from railway.scenario import Scenario
-from scenarios import load
-from scenarios.public_timetable import Source, read_source
-from scenarios.reconstruct import (
+from kankaku.railway.scenario import Scenario
+from kankaku.scenarios.public_timetable import Source, read_source
+from kankaku.scenarios.reconstruct import (
     PLATFORM_INTERVAL_S,
     RUN_ALLOWANCE,
     fastest_run_times,
     reconstruct,
 )
+from scipy.stats import spearmanr
+
+from kankaku.scenarios import load
 
 PROJECT = Path(__file__).parents[2]
 FOLDER = PROJECT / "scenarios" / "rush_hour"

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from kankaku.railway.dwell import DwellDelays, Overstay
+from kankaku.railway.loop import simulate
+from kankaku.railway.records import RunRecord
+from kankaku.railway.scenario import Scenario
+from kankaku.railway.world import build_world
 
-from controllers import build
-from railway.dwell import DwellDelays, Overstay
-from railway.loop import simulate
-from railway.records import RunRecord
-from railway.scenario import Scenario
-from railway.world import build_world
-from scenarios import load
+from kankaku.controllers import build
+from kankaku.scenarios import load
 from tests.toy_engine import ToyEngine
 
 FOLDER = Path(__file__).parents[2] / "scenarios" / "rush_hour"

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from kankaku.railway.dwell import Overstay
+from kankaku.railway.line import SpeedLimit
 
-from railway.dwell import Overstay
-from railway.line import SpeedLimit
-from scenarios import Fault, ScenarioError, load
+from kankaku.scenarios import Fault, ScenarioError, load
 from tests.unit.scenario_folder import FILES, replace, write_scenario
 
 DETECTION = "[train_detection]\nrelease_delay_s = 2.5\n\n"

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
+from kankaku.railway.radio import LOSSLESS, RadioSpec
 
-from railway.radio import LOSSLESS, RadioSpec
-from scenarios import ScenarioError, load
+from kankaku.scenarios import ScenarioError, load
 from tests.unit.scenario_folder import replace, write_scenario
 
 HEAD = "[controllers.plain]\n"

@@ -4,9 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from railway.line import Crossing
-from railway.obstructions import (
+from kankaku.railway.line import Crossing
+from kankaku.railway.obstructions import (
     UNDISTURBED,
     Cause,
     Closure,
@@ -14,7 +13,8 @@ from railway.obstructions import (
     Obstacle,
     PointsFailure,
 )
-from scenarios import ScenarioError, load
+
+from kankaku.scenarios import ScenarioError, load
 from tests.unit.scenario_folder import replace, write_scenario
 
 CROSSINGS = """\

@@ -7,18 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from kankaku.controllers.protection.moving_block import Ahead, MovingBlock, MovingBlockOptions
+from kankaku.railway.state import Authority, LineState
+from kankaku.sumo_net.engine import SumoEngine
 from matplotlib.figure import Figure
 
-import controllers
-import store
-import study
-from analysis import publishing, read_results
-from controllers import Layer
-from controllers.protection.moving_block import Ahead, MovingBlock, MovingBlockOptions
-from fingerprint import content_sha256
-from holding import held
-from railway.state import Authority, LineState
-from sumo_net.engine import SumoEngine
+from kankaku import controllers
+from kankaku.analysis import publishing, read_results
+from kankaku.controllers import Layer
+from kankaku.store import run_store
+from kankaku.store.fingerprint import content_sha256
+from kankaku.store.holding import held
+from kankaku.studies import study
 from tests.cli.command import (
     BAD_INPUT,
     FAILED,
@@ -163,7 +163,7 @@ def test_runs_of_something_else_are_refused_by_name_and_replaced_if_that_is_want
 
     assert "holds runs of something else (step)" in refused("--step", "0.25")
     with monkeypatch.context() as patch:
-        patch.setattr(store, "sources_sha256", lambda: "edited")
+        patch.setattr(run_store, "sources_sha256", lambda: "edited")
         assert "(sources of the program)" in refused()
     replace(folder, "scenario.toml", "patience_min = 10.0", "patience_min = 11.0")
     assert "(scenario)" in refused()
@@ -288,8 +288,8 @@ def test_a_scenario_that_a_script_changes_is_another_one(folder: Path) -> None:
     assert content_sha256(scenario) == content_sha256(study.choose(folder).scenario)
     patient = changed(scenario, patience_s=scenario.patience_s + 1.0)
     assert content_sha256(patient) != content_sha256(scenario)
-    origin = store.origin_of(scenario, scenario.controllers[0], 0.5)
-    other = store.origin_of(patient, scenario.controllers[0], 0.5)
+    origin = run_store.origin_of(scenario, scenario.controllers[0], 0.5)
+    other = run_store.origin_of(patient, scenario.controllers[0], 0.5)
     assert [key for key in origin if origin[key] != other[key]] == ["content_sha256"]
 
 

@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-import controllers
-import run
-import study
-from analysis import read_results
-from scenarios import load
+from kankaku import controllers
+from kankaku.analysis import read_results
+from kankaku.commands import app
+from kankaku.scenarios import load
+from kankaku.studies import study
 from tests.cli.command import contents, kankaku, two_controllers
 from tests.cli.layers import BLIND
 from tests.unit.scenario_folder import replace, write_scenario
@@ -94,7 +94,7 @@ def test_an_unsafe_protection_ends_with_status_3_and_all_results(
     unsafe: Path, tmp_path: Path
 ) -> None:
     screen = kankaku(unsafe, "--out", tmp_path / "out", "--jobs", "1")
-    assert screen.status == run.EXIT_VIOLATION
+    assert screen.status == app.EXIT_VIOLATION
     assert "safety violations" in screen.complaints
     assert "second (seed 7): " in screen.complaints
     read = read_results(tmp_path / "out" / "small")

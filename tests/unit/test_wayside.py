@@ -5,9 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from railway.line import Crossing, Line
-from railway.obstructions import (
+from kankaku.railway.line import Crossing, Line
+from kankaku.railway.obstructions import (
     UNDISTURBED,
     Cause,
     Closure,
@@ -15,12 +14,13 @@ from railway.obstructions import (
     Obstacle,
     PointsFailure,
 )
-from railway.randomness import stream
-from railway.records import RunRecord
-from railway.scenario import Scenario
-from railway.state import Events
-from railway.wayside import RESERVE_M, RESERVE_S, Wayside
-from railway.world import World
+from kankaku.railway.randomness import stream
+from kankaku.railway.records import RunRecord
+from kankaku.railway.scenario import Scenario
+from kankaku.railway.state import Events
+from kankaku.railway.wayside import RESERVE_M, RESERVE_S, Wayside
+from kankaku.railway.world import World
+
 from tests.property.runs import READY_S, Observed, loop_station_scenario, run
 from tests.states import behind
 from tests.worlds import merge_scenario, two_station_scenario, world_of

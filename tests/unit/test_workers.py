@@ -8,12 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from analysis import results
+from kankaku.analysis import results
+from kankaku.workers import UNFINISHED, Done, performed
 from tests.cli.command import PATIENCE_S, PROJECT, heard_signals
 from tests.unit.worker_tasks import dying, failing_on_two
-from workers import UNFINISHED, Done, performed
 
-READY = "import interrupts; interrupts.end_at_once(); print('ready', flush=True); input()"
+READY = (
+    "from kankaku import interrupts; interrupts.end_at_once(); print('ready', flush=True); input()"
+)
 
 
 def by_task(answers: list[Done[int, int]]) -> dict[int, Done[int, int]]:

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import study
+from kankaku.studies import study
 
 
 def seen_in_run(folder: Path, controller: str) -> list[dict[str, Any]]:

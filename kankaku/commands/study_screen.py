@@ -6,9 +6,14 @@ from rich.markup import escape
 from rich.progress import ProgressColumn, Task, TaskID
 from rich.text import Text
 
-import study
-from analysis import comparison, comparison_note, comparison_texts, sweep_texts, unfinished_heading
-from screen import (
+from kankaku.analysis import (
+    comparison,
+    comparison_note,
+    comparison_texts,
+    sweep_texts,
+    unfinished_heading,
+)
+from kankaku.commands.screen import (
     SIDE_BY_SIDE,
     Log,
     answers,
@@ -20,6 +25,7 @@ from screen import (
     show_side_by_side,
     show_table,
 )
+from kankaku.studies import study
 
 
 class Clock(ProgressColumn):

@@ -16,15 +16,15 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
-import controllers
-from analysis import run_folder, write_run
-from analysis.publishing import PUBLISHED_FILES
-from analysis.results import RUN_RECORD, places_of
-from analysis.schema import json_text, read_csv, write_whole
-from analysis.tables import RunTables, table_file
-from fingerprint import content_sha256, foreign_sha256, sources_sha256
-from railway.records import RAW_TABLES, UNFINISHED, VIOLATIONS
-from railway.scenario import ControllerSpec, Scenario
+from kankaku import controllers
+from kankaku.analysis import run_folder, write_run
+from kankaku.analysis.publishing import PUBLISHED_FILES
+from kankaku.analysis.results import RUN_RECORD, places_of
+from kankaku.analysis.schema import json_text, read_csv, write_whole
+from kankaku.analysis.tables import RunTables, table_file
+from kankaku.railway.records import RAW_TABLES, UNFINISHED, VIOLATIONS
+from kankaku.railway.scenario import ControllerSpec, Scenario
+from kankaku.store.fingerprint import content_sha256, foreign_sha256, sources_sha256
 
 VERSIONED = ("kankaku", "eclipse-sumo", "libsumo", "numpy")
 TABLE_FILES = tuple(map(table_file, RAW_TABLES))

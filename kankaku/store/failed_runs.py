@@ -4,9 +4,9 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from analysis.results import FAILURES
-from analysis.schema import write_whole
-from workers import Failure, attempt
+from kankaku.analysis.results import FAILURES
+from kankaku.analysis.schema import write_whole
+from kankaku.workers import Failure, attempt
 
 TROUBLE = "publishing"
 """What went wrong after all runs; files of runs have longer names."""

@@ -7,9 +7,9 @@ from typing import NamedTuple, TypeAlias
 
 import pandas as pd
 
-from analysis import SweepTables
-from railway.scenario import ControllerSpec, Scenario
-from store import Kept, Task
+from kankaku.analysis import SweepTables
+from kankaku.railway.scenario import ControllerSpec, Scenario
+from kankaku.store.run_store import Kept, Task
 
 
 class StudyError(ValueError):

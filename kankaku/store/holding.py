@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-import interrupts
-from analysis.results import UNFINISHED
+from kankaku import interrupts
+from kankaku.analysis.results import UNFINISHED
 
 
 class HeldError(ValueError):

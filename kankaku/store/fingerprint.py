@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-PACKAGES = ("analysis", "controllers", "railway", "scenarios", "sumo_net", "telecom")
-MODULES = ("faults", "study")
-"""Modules beside the packages that decide what is in the tables of a run."""
+ROOMS = ("analysis", "controllers", "railway", "scenarios", "sumo_net", "telecom")
+STUDIES = ("campaign", "study")
+"""Studies that decide what is in the tables of a run."""
 
 
 def content_sha256(value: object) -> str:
@@ -90,14 +90,14 @@ def sources_sha256() -> str:
 
 
 def _sources() -> Iterator[tuple[str, Path]]:
-    for name in PACKAGES:
-        spec = find_spec(name)
+    for name in ROOMS:
+        spec = find_spec(f"kankaku.{name}")
         if spec is not None and spec.origin is not None:
             folder = Path(spec.origin).parent
             for file in sorted(folder.rglob("*.py")):
                 yield f"{name}/{file.relative_to(folder).as_posix()}", file
-    for name in MODULES:
-        spec = find_spec(name)
+    for name in STUDIES:
+        spec = find_spec(f"kankaku.studies.{name}")
         if spec is not None and spec.origin is not None:
             yield name, Path(spec.origin)
 
@@ -119,7 +119,7 @@ def foreign_sha256(*parts: Callable[..., Any]) -> str:
     digest, found = hashlib.sha256(), False
     for part in parts:
         made = part.func if isinstance(part, partial) else part
-        if made.__module__.partition(".")[0] not in PACKAGES:
+        if made.__module__.partition(".")[0] != "kankaku":
             file = getattr(sys.modules.get(made.__module__), "__file__", None)
             digest.update(Path(file).read_bytes() if file else made.__qualname__.encode())
             found = True

@@ -13,22 +13,21 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import controllers
-import store
-from analysis import RESULT_FILES, refuse_foreign, run_tables
-from controllers.choosing import named, with_settings
-from holding import held
-from railway.faults import Fault
-from railway.feasibility import assess
-from railway.loop import simulate
-from railway.places import CACHE, chosen_cache, refuse_unwritable, temporary_folder
-from railway.records import RunRecord
-from railway.scenario import ControllerSpec, Scenario
-from railway.world import World, build_world
-from running import Running
-from scenarios import load
-from store import Task
-from studies import (
+from kankaku import controllers
+from kankaku.analysis import RESULT_FILES, refuse_foreign, run_tables
+from kankaku.controllers.choosing import named, with_settings
+from kankaku.railway.faults import Fault
+from kankaku.railway.feasibility import assess
+from kankaku.railway.loop import simulate
+from kankaku.railway.places import CACHE, chosen_cache, refuse_unwritable, temporary_folder
+from kankaku.railway.records import RunRecord
+from kankaku.railway.scenario import ControllerSpec, Scenario
+from kankaku.railway.world import World, build_world
+from kankaku.scenarios import load
+from kankaku.store import run_store
+from kankaku.store.holding import held
+from kankaku.store.run_store import Task
+from kankaku.studies.outcomes import (
     Failed,
     Hearers,
     Outcome,
@@ -39,9 +38,10 @@ from studies import (
     StudyResult,
     Tell,
 )
-from sumo_net.build import build, build_native
-from sumo_net.engine import SumoEngine
-from sumo_net.native import NativeEngine
+from kankaku.studies.running import Running
+from kankaku.sumo_net.build import build, build_native
+from kankaku.sumo_net.engine import SumoEngine
+from kankaku.sumo_net.native import NativeEngine
 
 __all__ = [
     "Failed",
@@ -114,7 +114,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         Called with "engine", "protection", "operation" or "drive" and that layer; returns
         what stands in for it, for example something that measures it.
     faults
-        What units and the centre do wrong; see :func:`railway.loop.simulate`.
+        What units and the centre do wrong; see :func:`kankaku.railway.loop.simulate`.
 
     Returns
     -------
@@ -233,8 +233,8 @@ def _perform(study: Study, task: Task, progress: Callable[[float], None]) -> Pat
     }
     place = Path(tempfile.mkdtemp()) / "run"
     # Asked here, where the run was made: whoever edits the program meanwhile changes it.
-    origin = store.origin_of(study.scenario, spec, study.step_s)
-    store.write_finished(run_tables(record), place, origin, task, told)
+    origin = run_store.origin_of(study.scenario, spec, study.step_s)
+    run_store.write_finished(run_tables(record), place, origin, task, told)
     return place
 
 

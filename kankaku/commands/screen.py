@@ -13,12 +13,12 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-import controllers
-import study
-from analysis import SavedRunError
-from holding import HeldError
-from interrupts import EXIT_INTERRUPTED
-from scenarios import ScenarioError, printable
+from kankaku import controllers
+from kankaku.analysis import SavedRunError
+from kankaku.interrupts import EXIT_INTERRUPTED
+from kankaku.scenarios import ScenarioError, printable
+from kankaku.store.holding import HeldError
+from kankaku.studies import study
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2

@@ -13,18 +13,16 @@ from typing import TypeAlias
 
 import pandas as pd
 
-import controllers
-import failures
-import interrupts
-import store
-from analysis import SweepTables, publish, read_run, run_folder, shown_delays_s
-from analysis.results import RUN_RECORD
-from provenance import provenance_of
-from railway.scenario import ControllerSpec, Scenario
-from railway.world import World
-from store import Kept, Origin, Task
-from studies import Failed, Hearers, Outcome, Say, Study, StudyError, StudyResult
-from workers import Done, Failure, attempt, performed
+from kankaku import controllers, interrupts
+from kankaku.analysis import SweepTables, publish, read_run, run_folder, shown_delays_s
+from kankaku.analysis.results import RUN_RECORD
+from kankaku.railway.scenario import ControllerSpec, Scenario
+from kankaku.railway.world import World
+from kankaku.store import failed_runs, run_store
+from kankaku.store.run_store import Kept, Origin, Task
+from kankaku.studies.outcomes import Failed, Hearers, Outcome, Say, Study, StudyError, StudyResult
+from kankaku.studies.provenance import provenance_of
+from kankaku.workers import Done, Failure, attempt, performed
 
 Perform: TypeAlias = Callable[[Task, Callable[[float], None]], Path]
 NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS})
@@ -38,13 +36,14 @@ class Running:
         """Look at what the folder holds; see :func:`study.run_study` for what is refused."""
         self._study, self._folder, self._work, self._world = study, folder, work, world
         self._origins: Mapping[str, Origin] = {
-            spec.name: store.origin_of(study.scenario, spec, study.step_s) for spec in study.specs
+            spec.name: run_store.origin_of(study.scenario, spec, study.step_s)
+            for spec in study.specs
         }
         self._result = StudyResult(folder)
-        found = store.kept_runs(folder)
+        found = run_store.kept_runs(folder)
         self._stale = [
             *(kept.place for kept in found if self._differences(kept)),
-            *store.unrecorded(folder),
+            *run_store.unrecorded(folder),
         ]
         """Places of runs that cannot stand beside new ones."""
         if self._stale and not study.fresh:
@@ -136,9 +135,9 @@ class Running:
                 continue
             alone = above == self._folder
             if alone and len(self._seeds_of(task.controller)) > 1:
-                self._kept[task] = store.make_room(kept, self._folder, self._work)
+                self._kept[task] = run_store.make_room(kept, self._folder, self._work)
             elif not alone and (above / RUN_RECORD).is_file():
-                store.make_room(kept, self._folder, self._work)
+                run_store.make_room(kept, self._folder, self._work)
         self._finished = {task: self._kept[task] for task in self._finished}
 
     def _seeds_of(self, controller: str) -> set[int]:
@@ -182,27 +181,29 @@ class Running:
             self._fail(task, done.failure or Failure("no result"))
             return
         if self._stale:
-            store.clear(self._folder, self._stale)
-            failures.clear(self._folder)
+            run_store.clear(self._folder, self._stale)
+            failed_runs.clear(self._folder)
             self._stale = []
         if not self._finished and self._study.fresh:
             self._make_room()
         place = self._place_of(task)
-        failure = attempt(partial(store.accept, written, place))[1]
-        kept = store.kept_run(self._folder, place)
+        failure = attempt(partial(run_store.accept, written, place))[1]
+        kept = run_store.kept_run(self._folder, place)
         if failure is not None or kept is None:
             self._fail(task, failure or Failure("its tables are not all there"))
             return
         if other := self._differences(kept):
-            store.remove_run(place)
+            run_store.remove_run(place)
             self._fail(task, Failure(f"changed while it ran: {', '.join(other)}"))
             return
-        failures.forget(self._folder, task.file_name)
+        failed_runs.forget(self._folder, task.file_name)
         self._kept[task] = self._finished[task] = kept
 
     def _fail(self, task: Task, failure: Failure) -> None:
         failed = Failed(task, failure.progress, failure.sentence)
-        note = partial(failures.note, self._folder, task.file_name, str(failed), failure.traceback)
+        note = partial(
+            failed_runs.note, self._folder, task.file_name, str(failed), failure.traceback
+        )
         file, _ = attempt(note)
         self._result.failed.append(replace(failed, file=file))
 
@@ -210,7 +211,7 @@ class Running:
         result, study = self._result, self._study
         names = [spec.name for spec in study.specs]
         known = [spec.name for spec in study.scenario.controllers]
-        result.kept = store.in_order(list(self._kept.values()), names, known)
+        result.kept = run_store.in_order(list(self._kept.values()), names, known)
         result.failed.sort(key=lambda failed: study.tasks.index(failed.task))
         for task in study.tasks:
             if task in self._finished:
@@ -228,14 +229,14 @@ class Running:
             findings, failure = attempt(partial(self._publish_to, work, wall_s, figures=figures))
             if findings is not None:
                 if figures:
-                    failures.forget(self._folder, failures.TROUBLE)
+                    failed_runs.forget(self._folder, failed_runs.TROUBLE)
                 self._result.summary, self._result.sweep = findings
                 return
             interrupts.check()
             if failure is not None:
                 what = "the figures could not be drawn" if figures else "no summary was written"
                 told = f"{what}: {failure.sentence}"
-                told = failures.noted_sentence(self._folder, failures.TROUBLE, told, failure)
+                told = failed_runs.noted_sentence(self._folder, failed_runs.TROUBLE, told, failure)
                 self._result.troubles.append(told)
 
     def _publish_to(
@@ -264,11 +265,11 @@ class Running:
             runs,
             provenance_of(study, result, wall_s),
             by_radio=frozenset(controller.name for controller in built if controller.by_radio),
-            failures=failures.noted(self._folder),
+            failures=failed_runs.noted(self._folder),
             figures=figures,
         )
         with interrupts.undisturbed():
-            store.move_published(work, self._folder)
+            run_store.move_published(work, self._folder)
         return findings.summary, findings.sweep
 
     def _specs(self) -> list[ControllerSpec]:

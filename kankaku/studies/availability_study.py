@@ -10,21 +10,21 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
-import failures
-from analysis import (
+from kankaku.analysis import (
     DEPENDABILITY_FILES,
     DependabilityTables,
     Endurance,
     publish_dependability,
     refuse_foreign,
 )
-from holding import held
-from provenance import provenance_of
-from railway.availability import Configuration, availability, simulate_outages
-from railway.fault_tree import FaultTree, FaultTreeError, minimal_cut_sets
-from scenarios import load_configurations, load_fault_tree
-from study import Study, StudyError, StudyResult
-from workers import attempt
+from kankaku.railway.availability import Configuration, availability, simulate_outages
+from kankaku.railway.fault_tree import FaultTree, FaultTreeError, minimal_cut_sets
+from kankaku.scenarios import load_configurations, load_fault_tree
+from kankaku.store import failed_runs
+from kankaku.store.holding import held
+from kankaku.studies.provenance import provenance_of
+from kankaku.studies.study import Study, StudyError, StudyResult
+from kankaku.workers import attempt
 
 YEARS = 100_000
 Progress: TypeAlias = Callable[[int, int], None]
@@ -119,9 +119,9 @@ def _simulated(
         elif failure is not None:
             failed[system.name] = failure
         progress(done, len(systems))
-    failures.clear(folder)
+    failed_runs.clear(folder)
     sentences = [
-        failures.noted_sentence(folder, name, f"{name}: {failure.sentence}", failure)
+        failed_runs.noted_sentence(folder, name, f"{name}: {failure.sentence}", failure)
         for name, failure in failed.items()
     ]
     if not found:

@@ -20,8 +20,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Generic, NoReturn, TypeAlias, TypeVar
 
-import interrupts
-from railway.errors import sentence_of
+from kankaku import interrupts
+from kankaku.railway.errors import sentence_of
 
 TaskT = TypeVar("TaskT")
 Result = TypeVar("Result")

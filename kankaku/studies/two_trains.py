@@ -6,16 +6,16 @@ from typing import cast
 
 import numpy as np
 
-import controllers
-from railway.control import Controller, Foresight
-from railway.dwell import DwellDelays
-from railway.journey import Journey, technical_journey
-from railway.obstructions import UNDISTURBED
-from railway.permitted import permitted_profile
-from railway.records import RunRecord
-from railway.scenario import ControllerSpec, Scenario
-from railway.timetable import Call, Timetable
-from study import Study, StudyError, run_once, world_of
+from kankaku import controllers
+from kankaku.railway.control import Controller, Foresight
+from kankaku.railway.dwell import DwellDelays
+from kankaku.railway.journey import Journey, technical_journey
+from kankaku.railway.obstructions import UNDISTURBED
+from kankaku.railway.permitted import permitted_profile
+from kankaku.railway.records import RunRecord
+from kankaku.railway.scenario import ControllerSpec, Scenario
+from kankaku.railway.timetable import Call, Timetable
+from kankaku.studies.study import Study, StudyError, run_once, world_of
 
 RESOLUTION_S = 0.1
 """How exactly a headway is found. [s]"""

@@ -15,9 +15,8 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-import controllers
-import failures
-from analysis import (
+from kankaku import controllers
+from kankaku.analysis import (
     CAPACITY_FILES,
     Assessment,
     CapacityTables,
@@ -27,21 +26,22 @@ from analysis import (
     publish_capacity,
     refuse_foreign,
 )
-from holding import held
-from provenance import provenance_of
-from railway.arrays import FloatArray
-from railway.compression import least_shifts_s, occupation_s
-from railway.control import Controller, Foresight, exclusive_pieces
-from railway.headway import Headway, blocking_times_s, technical_headways
-from railway.journey import Journey, booked_journey, technical_journey
-from railway.pattern import PeakPattern, busiest_hour, peak_pattern
-from railway.permitted import permitted_profile
-from railway.scenario import ControllerSpec
-from railway.timetable import Service, Timetable
-from railway.world import World
-from study import Study, StudyError, StudyResult, world_of
-from two_trains import foresight_of, simulated_headway_s
-from workers import Failure, attempt, performed
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.compression import least_shifts_s, occupation_s
+from kankaku.railway.control import Controller, Foresight, exclusive_pieces
+from kankaku.railway.headway import Headway, blocking_times_s, technical_headways
+from kankaku.railway.journey import Journey, booked_journey, technical_journey
+from kankaku.railway.pattern import PeakPattern, busiest_hour, peak_pattern
+from kankaku.railway.permitted import permitted_profile
+from kankaku.railway.scenario import ControllerSpec
+from kankaku.railway.timetable import Service, Timetable
+from kankaku.railway.world import World
+from kankaku.store import failed_runs
+from kankaku.store.holding import held
+from kankaku.studies.provenance import provenance_of
+from kankaku.studies.study import Study, StudyError, StudyResult, world_of
+from kankaku.studies.two_trains import foresight_of, simulated_headway_s
+from kankaku.workers import Failure, attempt, performed
 
 GRID_M = 50.0
 """Length of a stretch of line where there are no blocks. [m]"""
@@ -360,9 +360,9 @@ def run_capacity(
     with held(folder) as work:
         assessments, failed = assess_capacity(study, check, progress, work)
         told = provenance_of(study, StudyResult(folder), time.perf_counter() - started)
-        failures.clear(folder)
+        failed_runs.clear(folder)
         sentences = [
-            failures.noted_sentence(folder, name, f"{name}: {failure.sentence}", failure)
+            failed_runs.noted_sentence(folder, name, f"{name}: {failure.sentence}", failure)
             for name, failure in failed.items()
         ]
         if not assessments:

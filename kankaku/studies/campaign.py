@@ -18,25 +18,24 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-import controllers
-import failures
-import interrupts
-from analysis import FaultTables, delay_s, publish_faults, refuse_foreign
-from analysis.schema import write_whole
-from controllers.control_map.measuring import CENTRE_ROW, Notice
-from controllers.control_map.wrong_maps import WrongMaps
-from controllers.protection.control_map import ControlMapOptions, Memory
-from fingerprint import sources_sha256
-from holding import held
-from provenance import provenance_of
-from railway.faults import Fault, FaultKind, Variant
-from railway.random_faults import draw_fault
-from railway.records import RunRecord
-from railway.scenario import ControllerSpec
-from railway.state import Authority, LineState, Reason
-from store import VERSIONED
-from study import Study, StudyError, StudyResult, run_once, world_of
-from workers import Failure, performed
+from kankaku import controllers, interrupts
+from kankaku.analysis import FaultTables, delay_s, publish_faults, refuse_foreign
+from kankaku.analysis.schema import write_whole
+from kankaku.controllers.control_map.measuring import CENTRE_ROW, Notice
+from kankaku.controllers.control_map.wrong_maps import WrongMaps
+from kankaku.controllers.protection.control_map import ControlMapOptions, Memory
+from kankaku.railway.faults import Fault, FaultKind, Variant
+from kankaku.railway.random_faults import draw_fault
+from kankaku.railway.records import RunRecord
+from kankaku.railway.scenario import ControllerSpec
+from kankaku.railway.state import Authority, LineState, Reason
+from kankaku.store import failed_runs
+from kankaku.store.fingerprint import sources_sha256
+from kankaku.store.holding import held
+from kankaku.store.run_store import VERSIONED
+from kankaku.studies.provenance import provenance_of
+from kankaku.studies.study import Study, StudyError, StudyResult, run_once, world_of
+from kankaku.workers import Failure, performed
 
 VERSION = 3
 """Of what a run of the campaign is; runs of another one are not continued."""
@@ -206,9 +205,9 @@ def _run(campaign: Campaign, folder: Path, work: Path, progress: Progress) -> Ca
         if not journal.done:
             # Earlier results, if there are any, stay as they are.
             raise
-    failures.clear(folder)
+    failed_runs.clear(folder)
     sentences = [
-        failures.noted_sentence(folder, task.file_name, f"{task}: {failure.sentence}", failure)
+        failed_runs.noted_sentence(folder, task.file_name, f"{task}: {failure.sentence}", failure)
         for task, failure in failed.items()
     ]
     rows = journal.rows(campaign.tasks)

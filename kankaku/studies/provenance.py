@@ -7,11 +7,11 @@ from dataclasses import asdict
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
-from fingerprint import sources_sha256
-from store import controller_told
+from kankaku.store.fingerprint import sources_sha256
+from kankaku.store.run_store import controller_told
 
 if TYPE_CHECKING:
-    from study import Study, StudyResult
+    from kankaku.studies.study import Study, StudyResult
 
 VERSIONED = ("eclipse-sumo", "libsumo", "numpy", "pandas", "scipy", "simpy")
 

@@ -6,9 +6,9 @@ from dataclasses import fields
 from importlib.metadata import version
 from typing import NamedTuple
 
-import controllers
-from controllers.choosing import changed_options
-from railway.scenario import ControllerSpec
+from kankaku import controllers
+from kankaku.controllers.choosing import changed_options
+from kankaku.railway.scenario import ControllerSpec
 
 
 class Listing(NamedTuple):

@@ -13,8 +13,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-import failures
-from analysis import (
+from kankaku.analysis import (
     RADIO_FILES,
     CellPoint,
     LoadCase,
@@ -26,14 +25,15 @@ from analysis import (
     read_saved_run,
     refuse_foreign,
 )
-from holding import held
-from provenance import provenance_of
-from railway.arrays import FloatArray
-from railway.network import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
-from scenarios import load_radio_plan
-from study import Study, StudyResult
-from telecom import simulate
-from workers import performed
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.network import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
+from kankaku.scenarios import load_radio_plan
+from kankaku.store import failed_runs
+from kankaku.store.holding import held
+from kankaku.studies.provenance import provenance_of
+from kankaku.studies.study import Study, StudyResult
+from kankaku.telecom import simulate
+from kankaku.workers import performed
 
 EVEN_S = 3600.0
 """How long evenly spaced trains are simulated. [s]"""
@@ -265,10 +265,10 @@ def _simulated(
     in_order = [found[task] for task in tasks if task.system not in failed]
     cases = [answer for answer in in_order if isinstance(answer, LoadCase)]
     points = [point for answer in in_order if isinstance(answer, tuple) for point in answer]
-    failures.clear(folder)
+    failed_runs.clear(folder)
     names = {number: plan.systems[number].name for number in failed}
     sentences = [
-        failures.noted_sentence(
+        failed_runs.noted_sentence(
             folder, names[number], f"{names[number]}: {failure.sentence}", failure
         )
         for number, failure in failed.items()

@@ -1,0 +1,1 @@
+"""The results folder: finished runs, what they were made from, and who writes there."""

@@ -1,0 +1,1 @@
+"""Where the rooms meet: a run, a study of many, capacity, campaigns, radio and availability."""
