@@ -7,14 +7,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+
 from kankaku.analysis.figures import KMH_PER_MPS, label_of
 from kankaku.analysis.schema import rows_frame, rows_of
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.headway import Headway
-from kankaku.railway.journey import Journey
-from kankaku.railway.pattern import BUSIEST_S, PeakPattern, total_dwell_s
-from kankaku.railway.records import Column
-from kankaku.railway.timetable import Service, Timetable
+from kankaku.railway.capacity.blocking_time import Headway
+from kankaku.railway.motion.journey import Journey
+from kankaku.railway.plan.pattern import BUSIEST_S, PeakPattern, total_dwell_s
+from kankaku.railway.plan.timetable import Service, Timetable
+from kankaku.railway.step.records import Column
 
 HEADWAYS = (
     Column("controller", "str", "", "name of the controller"),

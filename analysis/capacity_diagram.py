@@ -3,6 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
 from kankaku.analysis.capacity import LEVELS, Assessment
 from kankaku.analysis.figures import (
     BOOKED,
@@ -15,9 +19,6 @@ from kankaku.analysis.figures import (
     spread,
     style,
 )
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 TARGETS = (
     ("A", 30.0, (120.0, 150.0)),

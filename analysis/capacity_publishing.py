@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
+
 from kankaku.analysis.capacity import (
     BLOCKING_TIMES,
     CAPACITY,
@@ -20,7 +21,7 @@ from kankaku.analysis.capacity_stairway import stairway_figure
 from kankaku.analysis.figures import write_figure
 from kankaku.analysis.results import COLUMNS, STATIONS, columns_frame, stations_frame
 from kankaku.analysis.schema import csv_text, json_text, write_whole
-from kankaku.railway.scenario import Scenario
+from kankaku.railway.plan.scenario import Scenario
 
 CAPACITY_FILES = ("capacity.csv", "columns.csv")
 """Every results folder of this kind has them."""

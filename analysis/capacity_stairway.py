@@ -4,13 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
-from kankaku.analysis.capacity import Assessment, distinct
-from kankaku.analysis.figures import INK, colour, label_of, station_axis, style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MultipleLocator
+
+from kankaku.analysis.capacity import Assessment, distinct
+from kankaku.analysis.figures import INK, colour, label_of, station_axis, style
 
 PANEL_WIDTH_IN = 5.6
 PANEL_HEIGHT_IN = 3.9

@@ -1,9 +1,10 @@
 """Ride comfort: how much the acceleration of trains changes from second to second."""
 
 import numpy as np
+
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.recorder import DWELLING
-from kankaku.railway.records import RunRecord
+from kankaku.railway.loop.recorder import DWELLING
+from kankaku.railway.step.records import RunRecord
 
 
 def jerk_mps3(record: RunRecord) -> FloatArray:

@@ -11,11 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.special import stdtrit
+
 from kankaku.analysis.schema import rows_frame, rows_of
 from kankaku.analysis.summary import SUMMARY
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.records import Column
-from scipy.special import stdtrit
+from kankaku.railway.step.records import Column
 
 COMPARISON = (
     Column("controller", "str", "", "name of the controller"),

@@ -10,18 +10,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from kankaku.analysis.figures import GRID, INK, by_train, clock_axis, label_of, station_axis, style
-from kankaku.analysis.map_window import CAUSES, Window
-from kankaku.analysis.schema import rows_of
-from kankaku.analysis.tables import RunTables
-from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.line import Line
-from kankaku.railway.scenario import Scenario
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
+
+from kankaku.analysis.figures import GRID, INK, by_train, clock_axis, label_of, station_axis, style
+from kankaku.analysis.map_window import CAUSES, Window
+from kankaku.analysis.schema import rows_of
+from kankaku.analysis.tables import RunTables
+from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.scenario import Scenario
 
 DELAY_S = 3.0
 """A band begins where the tail was before the longest delay of a message. [s]"""

@@ -20,9 +20,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.run_curve import fastest_run
-from kankaku.railway.world import World
+from kankaku.railway.motion.run_curve import fastest_run
+from kankaku.railway.plan.world import World
 
 AFFECTED_S = 10.0
 """A train is affected when others made it later than this at any call. [s]"""

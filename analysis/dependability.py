@@ -5,15 +5,22 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+
 from kankaku.analysis.schema import rows_frame
-from kankaku.railway.availability import Configuration, Estimate, Outages, availability, estimate
-from kankaku.railway.fault_tree import (
+from kankaku.railway.failures.availability import (
+    Configuration,
+    Estimate,
+    Outages,
+    availability,
+    estimate,
+)
+from kankaku.railway.failures.fault_tree import (
     FaultTree,
     joint_probability,
     minimal_cut_sets,
     top_probability,
 )
-from kankaku.railway.records import Column
+from kankaku.railway.step.records import Column
 
 HOUR_S = 3600.0
 GIGAHOURS = 1e9

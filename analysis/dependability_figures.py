@@ -4,14 +4,15 @@ import textwrap
 from collections.abc import Sequence
 
 import numpy as np
-from kankaku.analysis.dependability import HOUR_S, Endurance
-from kankaku.analysis.figures import INK, colour, label_of, plain_frame, style
-from kankaku.railway.availability import YEAR_S
-from kankaku.railway.fault_tree import FaultTree, top_probability
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
+
+from kankaku.analysis.dependability import HOUR_S, Endurance
+from kankaku.analysis.figures import INK, colour, label_of, plain_frame, style
+from kankaku.railway.failures.availability import YEAR_S
+from kankaku.railway.failures.fault_tree import FaultTree, top_probability
 
 COLUMN_IN = 2.35
 ROW_IN = 0.36

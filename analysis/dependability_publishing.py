@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
+
 from kankaku.analysis.dependability import (
     AVAILABILITY,
     CUT_SETS,
@@ -21,7 +22,7 @@ from kankaku.analysis.dependability_figures import availability_figure, fault_tr
 from kankaku.analysis.figures import write_figure
 from kankaku.analysis.results import COLUMNS, columns_frame
 from kankaku.analysis.schema import csv_text, json_text, write_whole
-from kankaku.railway.fault_tree import FaultTree
+from kankaku.railway.failures.fault_tree import FaultTree
 
 OF_THE_TREE = ("top_events.csv", "cut_sets.csv", "fault_tree.png", "fault_tree.svg")
 

@@ -3,9 +3,10 @@
 from typing import NamedTuple
 
 import pandas as pd
+
 from kankaku.analysis.comfort import jerk_mps3
 from kankaku.analysis.schema import typed_frame
-from kankaku.railway.records import ENERGY, RunRecord
+from kankaku.railway.step.records import ENERGY, RunRecord
 
 JOULES_PER_KWH = 3.6e6
 

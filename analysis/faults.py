@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
+
 from kankaku.analysis.results import COLUMNS, columns_frame
 from kankaku.analysis.schema import csv_text, json_text, rows_frame, rows_of, write_whole
-from kankaku.railway.records import Column
+from kankaku.railway.step.records import Column
 
 FAULT_RUNS = (
     Column("run", "int64", "", "number of the run"),

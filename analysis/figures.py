@@ -9,11 +9,12 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
-from kankaku.analysis.schema import write_whole
-from kankaku.railway.arrays import FloatArray
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, MultipleLocator
+
+from kankaku.analysis.schema import write_whole
+from kankaku.railway.arrays import FloatArray
 
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#AA4499", "#56B4E9", "#E69F00", "#332288")
 """Okabe and Ito, *Color Universal Design*, 2008, with two purples of Tol's muted scheme."""

@@ -1,8 +1,9 @@
 """Departure-to-arrival intervals (発着時隔) at platform tracks."""
 
 import pandas as pd
+
 from kankaku.analysis.schema import typed_frame
-from kankaku.railway.records import Column
+from kankaku.railway.step.records import Column
 
 INTERVALS = (
     Column("station", "str", "", "station identifier"),

@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+
 from kankaku.analysis.schema import typed_frame
-from kankaku.railway.records import INTERSTATION_STOPS, RunRecord
+from kankaku.railway.step.records import INTERSTATION_STOPS, RunRecord
 
 SHORTEST_STOP_S = 1.0
 """A standstill shorter than this is not a stop. [s]"""

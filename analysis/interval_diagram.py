@@ -4,6 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
 from kankaku.analysis.figures import (
     BOOKED,
     INK,
@@ -15,8 +18,6 @@ from kankaku.analysis.figures import (
     style,
 )
 from kankaku.analysis.sweep import SweepTables, shortenings_s
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 _LABEL_GAP = 0.045
 """Smallest distance between two labels, of the height of the diagram. [-]"""

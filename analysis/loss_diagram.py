@@ -1,10 +1,11 @@
 """What lost telegrams cost: delay and emergency brakings against the share that is lost."""
 
 import pandas as pd
-from kankaku.analysis.figures import colour, label_of, plain_frame, style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
+
+from kankaku.analysis.figures import colour, label_of, plain_frame, style
 
 
 def loss_figure(losses: pd.DataFrame) -> Figure:

@@ -4,11 +4,12 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+
 from kankaku.analysis.figures import clock
 from kankaku.analysis.schema import rows_of
 from kankaku.analysis.tables import DWELLING, RunTables
 from kankaku.analysis.zoom import worst_moment
-from kankaku.railway.scenario import Scenario
+from kankaku.railway.plan.scenario import Scenario
 
 APPROACH_M = 1000.0
 """Who is nearer to an obstruction than this is on the way to it. [m]"""

@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
+from matplotlib.figure import Figure
+
 from kankaku.analysis.control_map import control_map_figure
 from kankaku.analysis.figures import write_figure
 from kankaku.analysis.interval_diagram import interval_figure
@@ -24,8 +26,7 @@ from kankaku.analysis.sweep import SWEPT_TABLES, SweepTables, shown_delays_s, sw
 from kankaku.analysis.tables import RunTables
 from kankaku.analysis.time_distance import time_distance_figure
 from kankaku.analysis.zoom import worst_moment, zoom_figure
-from kankaku.railway.scenario import Scenario
-from matplotlib.figure import Figure
+from kankaku.railway.plan.scenario import Scenario
 
 FIGURES = ("intervals", "speed_distance", "time_distance", "zoom")
 PUBLISHED_FILES = frozenset(

@@ -3,14 +3,15 @@
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
 from kankaku.analysis.figures import INK, STOP, clock_axis, colour, label_of, plain_frame, style
 from kankaku.analysis.radio_load import MINUTE_S, LoadCase, carried, cell_minutes, grouped
 from kankaku.analysis.radio_load import CellPoint as Point
 from kankaku.analysis.saved_run import SavedRun
-from kankaku.railway.network import Link, RadioPlan
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from kankaku.railway.radio.cells import Link, RadioPlan
 
 HEAT = "YlOrRd"
 

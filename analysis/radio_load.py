@@ -5,11 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+
 from kankaku.analysis.schema import rows_frame, typed_frame
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.network import Link, PublishedLoad, RadioPlan, RadioSystem
-from kankaku.railway.records import Column
-from kankaku.railway.traffic import Traffic
+from kankaku.railway.radio.cells import Link, PublishedLoad, RadioPlan, RadioSystem
+from kankaku.railway.radio.traffic import Traffic
+from kankaku.railway.step.records import Column
 
 RADIO_LOAD = (
     Column("system", "str", "", "radio system"),

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
+
 from kankaku.analysis.figures import label_of, write_figure
 from kankaku.analysis.radio_figures import (
     cell_capacity_figure,
@@ -27,7 +28,7 @@ from kankaku.analysis.radio_load import (
 from kankaku.analysis.results import COLUMNS, columns_frame
 from kankaku.analysis.saved_run import SavedRun
 from kankaku.analysis.schema import csv_text, json_text, write_whole
-from kankaku.railway.network import RadioPlan
+from kankaku.railway.radio.cells import RadioPlan
 
 RADIO_FILES = ("radio_load.csv", "columns.csv")
 """Every results folder of this kind has them."""

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+
 from kankaku.analysis.figures import clock, label_of
 from kankaku.analysis.radio_load import (
     LABELS,
@@ -15,7 +16,7 @@ from kankaku.analysis.radio_load import (
     indicators,
     late_share,
 )
-from kankaku.railway.network import Link, RadioPlan
+from kankaku.railway.radio.cells import Link, RadioPlan
 
 _MISSING = "-"
 

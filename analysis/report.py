@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+
 from kankaku.analysis.compare import INDICATORS, comparison, comparison_note, comparison_texts
 from kankaku.analysis.figures import label_of
 from kankaku.analysis.schema import rows_of

@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+
 from kankaku.analysis.schema import read_csv, rows_frame
 from kankaku.analysis.summary import SUMMARY
 from kankaku.analysis.sweep import SWEPT_TABLES, read_intervals, read_sweep
 from kankaku.analysis.tables import RunTables, read_run
-from kankaku.railway.line import Line
 from kankaku.railway.places import name_problem
-from kankaku.railway.records import RAW_TABLES, Column
+from kankaku.railway.plan.line import Line
+from kankaku.railway.step.records import RAW_TABLES, Column
 
 STATIONS = (
     Column("station", "str", "", "station identifier"),

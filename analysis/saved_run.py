@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+
 from kankaku.analysis.figures import by_train
 from kankaku.analysis.results import read_results, run_folder
 from kankaku.analysis.tables import table_file
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.records import TRAJECTORY
+from kankaku.railway.step.records import TRAJECTORY
 
 _FULL = 0.99
 """Share of the longest way that makes a trip a whole one. [-]"""

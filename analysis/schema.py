@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from kankaku.railway.records import Column
+
+from kankaku.railway.step.records import Column
 
 DECIMALS: Mapping[str, int] = {"s": 3, "m": 3, "m/s": 3, "km/h": 3, "kWh": 6}
 """Decimals kept by unit; a frame holds exactly what its file shows."""

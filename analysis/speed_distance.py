@@ -6,17 +6,18 @@ from typing import NamedTuple
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
 from kankaku.analysis.figures import KMH_PER_MPS, colour, label_of, plain_frame, style
 from kankaku.analysis.schema import rows_of
 from kankaku.analysis.sweep import following_arrival
 from kankaku.analysis.tables import RunTables
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.line import Line
-from kankaku.railway.scenario import Sweep
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.scenario import Sweep
 
 PANEL_WIDTH_IN = 5.4
 PANEL_HEIGHT_IN = 3.4

@@ -4,13 +4,14 @@ from collections.abc import Iterable
 
 import numpy as np
 import pandas as pd
+
 from kankaku.analysis.delay import propagation
 from kankaku.analysis.energy import energy_totals
 from kankaku.analysis.headway import departure_arrival_intervals
 from kankaku.analysis.interstation import stop_totals
 from kankaku.analysis.schema import rows_frame
 from kankaku.analysis.tables import RunTables
-from kankaku.railway.records import Column
+from kankaku.railway.step.records import Column
 
 SUMMARY = (
     Column("controller", "str", "", "name of the controller"),

@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+
 from kankaku.analysis.headway import departure_arrival_intervals
 from kankaku.analysis.schema import read_csv, rows_frame, rows_of
 from kankaku.analysis.tables import RunTables
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.records import Column
-from kankaku.railway.scenario import Published, Sweep
+from kankaku.railway.plan.scenario import Published, Sweep
+from kankaku.railway.step.records import Column
 
 SWEPT_INTERVALS = (
     Column("controller", "str", "", "name of the controller"),

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+
+from kankaku.analysis import delay
 from kankaku.analysis.energy import energy_frame
 from kankaku.analysis.interstation import stops_frame
 from kankaku.analysis.schema import csv_text, read_csv, rows_frame, typed_frame, write_whole
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.records import (
+from kankaku.railway.step.records import (
     CALLS,
     OBSTRUCTIONS,
     RAW_TABLES,
@@ -21,9 +23,7 @@ from kankaku.railway.records import (
     VIOLATIONS,
     RunRecord,
 )
-from kankaku.railway.state import NO_REASON, NOTHING, Reason
-
-from kankaku.analysis import delay
+from kankaku.railway.step.state import NO_REASON, NOTHING, Reason
 
 REASONS = tuple(reason.name.lower() for reason in Reason)
 """What may bind a train's speed, as the table ``trajectory`` names it."""

@@ -4,6 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
 from kankaku.analysis.figures import (
     BOOKED,
     STOP,
@@ -17,11 +23,6 @@ from kankaku.analysis.figures import (
 )
 from kankaku.analysis.interstation import stop_totals
 from kankaku.analysis.tables import RunTables
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 PANEL_WIDTH_IN = 7.0
 PANEL_HEIGHT_IN = 4.3

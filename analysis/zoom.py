@@ -5,6 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
 from kankaku.analysis.figures import (
     GRID,
     INK,
@@ -21,8 +24,6 @@ from kankaku.analysis.figures import (
 )
 from kankaku.analysis.schema import rows_of
 from kankaku.analysis.tables import RunTables
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 BEFORE_S = 180.0
 AFTER_S = 240.0

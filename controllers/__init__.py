@@ -25,10 +25,10 @@ from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlock
 from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
 from kankaku.controllers.protection.over_radio import OverRadio
 from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
-from kankaku.railway.control import Controller
-from kankaku.railway.radio import LOSSLESS, RadioSpec, keeps_pace
-from kankaku.railway.scenario import ControllerSpec, Option
-from kankaku.railway.world import World
+from kankaku.railway.plan.scenario import ControllerSpec, Option
+from kankaku.railway.plan.world import World
+from kankaku.railway.radio.data_link import LOSSLESS, RadioSpec, keeps_pace
+from kankaku.railway.step.control import Controller
 
 __all__ = [
     "OPERATIONS",

@@ -11,9 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import NamedTuple
 
-from kankaku.railway.scenario import ControllerSpec, Option
-
 from kankaku.controllers import OPERATIONS, PROTECTIONS, ControllerError, Registry, choose_layer
+from kankaku.railway.plan.scenario import ControllerSpec, Option
 
 PLUS = "+"
 """Between the layers of a controller that no scenario names; no name in a file has it."""

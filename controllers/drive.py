@@ -1,14 +1,15 @@
 """The drive: the next speed of every train within traction and braking."""
 
 import numpy as np
+
 from kankaku.controllers.pull import Pull, pull_of, pulled_mps
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled, plain
-from kankaku.railway.control import Bound, Command
-from kankaku.railway.kinematics import next_speed_mps
-from kankaku.railway.profile import at, at_each, braking_loss_mps
-from kankaku.railway.state import NOTHING, Advice, Authority, LineState
-from kankaku.railway.world import World
+from kankaku.railway.motion.kinematics import next_speed_mps
+from kankaku.railway.plan.profile import at, at_each, braking_loss_mps
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Bound, Command
+from kankaku.railway.step.state import NOTHING, Advice, Authority, LineState
 
 N_BOUNDS = 6
 # Plain numbers, as compiled functions want them.
@@ -20,8 +21,8 @@ class TractionDrive:
     """
     Follows the lowest of six bounds.
 
-    The rows of its bounds are the first six of :class:`~kankaku.railway.control.Bound`; for a train
-    whose link says that it brakes in emergency nothing else counts. The service brake is the
+    The rows of its bounds are the first six of :class:`~kankaku.railway.step.control.Bound`; for a
+    train whose link says that it brakes in emergency nothing else counts. The service brake is the
     strongest that advice, stops and ceilings may ask for; only an authority that cannot be kept
     otherwise gets the emergency brake.
     """

@@ -8,10 +8,11 @@ not. So this is a lower bound, and a follower loses nothing by counting on it.
 from collections.abc import Sequence
 
 import numpy as np
+
 from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.run_up import RunUp
-from kankaku.railway.state import LineState
-from kankaku.railway.world import World
+from kankaku.railway.motion.run_up import RunUp
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.state import LineState
 
 
 class DepartureForecast:

@@ -8,11 +8,12 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
 from kankaku.controllers.options import OptionError
-from kankaku.railway.control import Bound, Command, Controller
-from kankaku.railway.state import NOTHING, Advice, Authority, LineState
-from kankaku.railway.world import World
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Bound, Command, Controller
+from kankaku.railway.step.state import NOTHING, Advice, Authority, LineState
 
 
 class Peer(NamedTuple):

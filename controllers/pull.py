@@ -3,10 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.profile import Profile, at
-from kankaku.railway.world import World
+from kankaku.railway.plan.profile import Profile, at
+from kankaku.railway.plan.world import World
 
 CELLS_PER_MPS = 100.0
 
@@ -88,7 +89,7 @@ def pulled_mps(pull: Pull, train: int, place: float, speed_mps: float) -> float:
     train
         Row of the train.
     place
-        Chainage plus the train's :meth:`kankaku.railway.profile.Profile.row_starts`. [m]
+        Chainage plus the train's :meth:`kankaku.railway.plan.profile.Profile.row_starts`. [m]
     speed_mps
         Speed at the start of the step. [m/s]
 

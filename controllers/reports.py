@@ -3,11 +3,12 @@
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.radio import TOLERANCE_S, RadioSpec, RadioState
-from kankaku.railway.state import LineState
-from kankaku.railway.world import World
+from kankaku.railway.plan.world import World
+from kankaku.railway.radio.data_link import TOLERANCE_S, RadioSpec, RadioState
+from kankaku.railway.step.state import LineState
 
 
 class Snapshot(NamedTuple):

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.places import cache_folder
 

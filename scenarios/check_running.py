@@ -1,6 +1,6 @@
 """Whether the trains of a scenario can run at all: asked of physics when its files agree."""
 
-from kankaku.railway.feasibility import Assessment, Lack, Shortfall
+from kankaku.railway.motion.feasibility import Assessment, Lack, Shortfall
 from kankaku.scenarios.faults import Fault
 
 

@@ -6,13 +6,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
-from kankaku.railway.availability import Configuration, DeviceGroup
-from kankaku.railway.fault_tree import Event, FaultTree, Gate
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from kankaku.railway.failures.availability import Configuration, DeviceGroup
+from kankaku.railway.failures.fault_tree import Event, FaultTree, Gate
 from kankaku.scenarios.faults import Fault, ScenarioError, meant
 from kankaku.scenarios.fields import Name, OptionalText, Text
 from kankaku.scenarios.files import Reader
 from kankaku.scenarios.schema import check
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 AVAILABILITY_FILE = "availability.toml"
 FAULT_TREE_FILE = "fault_tree.toml"

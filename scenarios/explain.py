@@ -3,6 +3,9 @@
 from collections.abc import Callable, Iterable, Sequence
 from typing import Literal, get_args, get_origin
 
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
 from kankaku.scenarios.faults import meant
 from kankaku.scenarios.fields import CLOCK_TEXT, NAME_TEXT, OPTION_TEXT
 from kankaku.scenarios.texts import (
@@ -13,8 +16,6 @@ from kankaku.scenarios.texts import (
     shown,
     text_trouble,
 )
-from pydantic import BaseModel
-from pydantic.fields import FieldInfo
 
 _NUMBERS = (float, int, float | None)
 

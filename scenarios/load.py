@@ -4,9 +4,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from kankaku.railway.dwell import DwellDelays, Overstay
-from kankaku.railway.feasibility import assess
-from kankaku.railway.line import (
+from kankaku.railway.motion.feasibility import assess
+from kankaku.railway.plan.dwell import DwellDelays, Overstay
+from kankaku.railway.plan.line import (
     Block,
     Curve,
     Gradient,
@@ -17,10 +17,11 @@ from kankaku.railway.line import (
     Station,
     Track,
 )
-from kankaku.railway.radio import LOSSLESS, RadioSpec
-from kankaku.railway.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance
-from kankaku.railway.scenario import ControllerSpec, Published, Scenario, Sweep
-from kankaku.railway.timetable import Call, Service, Timetable
+from kankaku.railway.plan.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance
+from kankaku.railway.plan.scenario import ControllerSpec, Published, Scenario, Sweep
+from kankaku.railway.plan.timetable import Call, Service, Timetable
+from kankaku.railway.radio.data_link import LOSSLESS, RadioSpec
+from kankaku.scenarios import schema
 from kankaku.scenarios.check_line import LineTables, line_faults
 from kankaku.scenarios.check_running import running_faults, running_warnings
 from kankaku.scenarios.check_settings import (
@@ -45,8 +46,6 @@ from kankaku.scenarios.load_wayside import to_crossings, to_disruptions, to_turn
 from kankaku.scenarios.neighbours import folder_faults, uncollected, unread
 from kankaku.scenarios.units import metres
 from kankaku.scenarios.ways import ends_on_the_way, route_of
-
-from kankaku.scenarios import schema
 
 MAIN_FILE = "scenario.toml"
 STOCK_FILE = "rolling_stock.toml"

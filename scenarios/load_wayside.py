@@ -1,8 +1,9 @@
 """Level crossings and disruptions in SI units."""
 
 import numpy as np
-from kankaku.railway.line import Crossing, Line, Turnout
-from kankaku.railway.obstructions import Cause, Closure, Disruptions, Obstacle, PointsFailure
+
+from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, Obstacle, PointsFailure
+from kankaku.railway.plan.line import Crossing, Line, Turnout
 from kankaku.scenarios.check_line import LineTables
 from kankaku.scenarios.check_timetable import seconds
 from kankaku.scenarios.schema import ClosureEntry, ScenarioFile, WindowEntry, WorkZoneEntry

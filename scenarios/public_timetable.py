@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from kankaku.railway.line import Line
-from kankaku.railway.rolling_stock import TrainType
+from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.scenarios.check_line import LineTables, line_faults
 from kankaku.scenarios.faults import Fault, ScenarioError, meant, row_place
 from kankaku.scenarios.files import Reader, Table

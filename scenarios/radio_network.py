@@ -5,13 +5,14 @@ from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
-from kankaku.railway.line import Line
-from kankaku.railway.network import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
+from pydantic import BaseModel, ConfigDict, Field
+
+from kankaku.railway.plan.line import Line
+from kankaku.railway.radio.cells import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
 from kankaku.scenarios.faults import Fault, ScenarioError
 from kankaku.scenarios.fields import Name, Text
 from kankaku.scenarios.files import Reader
 from kankaku.scenarios.schema import check
-from pydantic import BaseModel, ConfigDict, Field
 
 RADIO_FILE = "radio_network.toml"
 LEAST_UPDATE_S = 0.05

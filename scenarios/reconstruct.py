@@ -23,10 +23,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from kankaku.railway.run_curve import fastest_run
-from kankaku.scenarios.public_timetable import PUBLIC_FILE, Source, read_source
 from scipy.optimize import linprog
 from scipy.sparse import coo_array
+
+from kankaku.railway.motion.run_curve import fastest_run
+from kankaku.scenarios.public_timetable import PUBLIC_FILE, Source, read_source
 
 CALLS_FILE = "calls.csv"
 EXIT_BAD_INPUT = 2

@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from typing import Annotated, Any, Literal, TypeVar
 
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
 from kankaku.scenarios.explain import explained
 from kankaku.scenarios.faults import Fault
 from kankaku.scenarios.fields import (
@@ -27,7 +29,6 @@ from kankaku.scenarios.fields import (
     SweptDelay,
     Text,
 )
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 M = TypeVar("M", bound=BaseModel)
 MOST_TOLD = 50

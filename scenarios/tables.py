@@ -9,11 +9,12 @@ from itertools import islice
 from typing import Any, Generic, TypeVar, cast, get_type_hints
 
 import numpy as np
+from pydantic import TypeAdapter, ValidationError
+from pydantic.fields import FieldInfo
+
 from kankaku.scenarios.explain import refused_cell
 from kankaku.scenarios.schema import Row
 from kankaku.scenarios.texts import NUMBER
-from pydantic import TypeAdapter, ValidationError
-from pydantic.fields import FieldInfo
 
 R = TypeVar("R", bound=Row)
 

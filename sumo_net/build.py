@@ -13,11 +13,10 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.line import Line
 from kankaku.railway.places import CACHE, cache_folder, chosen_cache
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.world import World
-
+from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.plan.world import World
 from kankaku.sumo_net import native_xml, plain_xml
 
 NETCONVERT_OPTIONS = (

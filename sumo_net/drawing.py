@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.line import Line
+from kankaku.railway.plan.line import Line
 
 EARTH_RADIUS_M = 6_371_008.8
 """Mean radius of the WGS 84 ellipsoid. [m]"""

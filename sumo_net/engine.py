@@ -6,15 +6,15 @@ from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
+
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.engine import Observation
-from kankaku.railway.world import World
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.engine_contract import Observation
+from kankaku.sumo_net import names
 from kankaku.sumo_net.build import IGNORE_SIGNALS, SumoFiles, sumo_binary
 from kankaku.sumo_net.plain_xml import STOP_TOLERANCE_M
 from kankaku.sumo_net.signals import BlockSignals, shown_network
-
-from kankaku.sumo_net import names
 
 HALTING_SPEED_MPS = 0.1
 """SUMO begins a stop at this speed or less, and the train comes to a stand. [m/s]"""
@@ -49,7 +49,7 @@ class EngineDisagreementError(RuntimeError):
 
 class SumoEngine:
     """
-    Runs trains in SUMO; implements :class:`kankaku.railway.engine.Engine`.
+    Runs trains in SUMO; implements :class:`kankaku.railway.step.engine_contract.Engine`.
 
     Used as a context manager. Without a window SUMO runs inside this process, which holds
     one simulation at a time. With a window it is a program of its own, and signals show

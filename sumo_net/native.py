@@ -5,13 +5,13 @@ from types import TracebackType
 from typing import NamedTuple, Self
 
 import numpy as np
+
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.engine import Observation
-from kankaku.railway.world import World
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.engine_contract import Observation
+from kankaku.sumo_net import names
 from kankaku.sumo_net.build import SumoFiles
 from kankaku.sumo_net.engine import close, start
-
-from kankaku.sumo_net import names
 
 
 class PeerError(RuntimeError):
@@ -35,10 +35,10 @@ class NativeEngine:
     """
     Lets SUMO drive the trains; commands are ignored.
 
-    Implements :class:`kankaku.railway.engine.Engine` but for its commands and for the time at which
-    a train enters, which follows SUMO's own rules. Used as a context manager. SUMO is one
-    step ahead of what is observed, because only the movement of a train tells that its stop
-    is over.
+    Implements :class:`kankaku.railway.step.engine_contract.Engine` but for its commands and for the
+    time at which a train enters, which follows SUMO's own rules. Used as a context manager. SUMO is
+    one step ahead of what is observed, because only the movement of a train tells that its stop is
+    over.
 
     An Euler step moves a train at its new speed. That is constant acceleration, half a step
     early: places are reported as ``x - v dt / 2``, so that places and speeds agree with each

@@ -7,12 +7,12 @@ from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from kankaku.railway.line import Block, Line, SpeedLimit
-from kankaku.railway.rolling_stock import TrainType
-from kankaku.railway.timetable import Timetable
-from kankaku.sumo_net.plain_xml import SIGNAL_BEYOND_STOP_M, Driver, Edge, cut_tracks
 
+from kankaku.railway.plan.line import Block, Line, SpeedLimit
+from kankaku.railway.plan.rolling_stock import TrainType
+from kankaku.railway.plan.timetable import Timetable
 from kankaku.sumo_net import names
+from kankaku.sumo_net.plain_xml import SIGNAL_BEYOND_STOP_M, Driver, Edge, cut_tracks
 
 STANDING_GAP_M = 5.0
 """What a train keeps from the one ahead that stands: SUMO's own value for rail. [m]"""

@@ -7,14 +7,14 @@ from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.line import Line
-from kankaku.railway.rolling_stock import TrainType
-from kankaku.railway.timetable import Service, Timetable
-from kankaku.railway.world import leaves_at_stop
-from kankaku.sumo_net.drawing import centre_line, track_points
 
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.rolling_stock import TrainType
+from kankaku.railway.plan.timetable import Service, Timetable
+from kankaku.railway.plan.world import leaves_at_stop
 from kankaku.sumo_net import names
+from kankaku.sumo_net.drawing import centre_line, track_points
 
 STOP_TOLERANCE_M = 0.5
 """A front this far before or beyond the aimed stop position starts the stop. [m]"""

@@ -14,13 +14,13 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from kankaku.railway.detection import Detection
-from kankaku.railway.engine import Observation
-from kankaku.railway.line import Line
-from kankaku.railway.world import World
-from kankaku.sumo_net.plain_xml import cut_tracks
 
+from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.engine_contract import Observation
+from kankaku.railway.wayside.detection import Detection
 from kankaku.sumo_net import names
+from kankaku.sumo_net.plain_xml import cut_tracks
 
 FREE, OCCUPIED = "G", "r"
 PHASE_S = "86400"

@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.network import Cells, RadioSystem
+from kankaku.railway.radio.cells import Cells, RadioSystem
 
 
 @dataclass(slots=True)

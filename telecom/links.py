@@ -5,9 +5,10 @@ from functools import partial
 
 import numpy as np
 import simpy
+
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.network import Link, RadioSystem, fragments_bytes
-from kankaku.railway.traffic import LinkName, busy_shares
+from kankaku.railway.radio.cells import Link, RadioSystem, fragments_bytes
+from kankaku.railway.radio.traffic import LinkName, busy_shares
 
 
 class Channel:

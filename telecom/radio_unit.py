@@ -6,6 +6,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import simpy
+
 from kankaku.railway.randomness import stream
 from kankaku.telecom.commands import Command
 from kankaku.telecom.links import Channel, Network

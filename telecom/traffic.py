@@ -5,9 +5,10 @@ from functools import partial
 
 import numpy as np
 import simpy
+
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.network import Cells, Link, RadioSystem
-from kankaku.railway.traffic import LinkName, Traffic
+from kankaku.railway.radio.cells import Cells, Link, RadioSystem
+from kankaku.railway.radio.traffic import LinkName, Traffic
 from kankaku.telecom.commands import Command, Presence
 from kankaku.telecom.links import Network
 from kankaku.telecom.radio_unit import Process, RadioUnit

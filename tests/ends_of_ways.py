@@ -2,11 +2,10 @@
 
 from dataclasses import replace
 
-from kankaku.railway.dwell import DwellDelays
-from kankaku.railway.line import Platform, Section, Track
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.timetable import Call, Service
-
+from kankaku.railway.plan.dwell import DwellDelays
+from kankaku.railway.plan.line import Platform, Section, Track
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.plan.timetable import Call, Service
 from tests.worlds import make_scenario, straight_line
 
 

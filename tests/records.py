@@ -3,13 +3,19 @@
 from collections.abc import Sequence
 
 import numpy as np
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.obstructions import Obstruction
-from kankaku.railway.records import EnergyAccount, RunRecord, Standstills, Trajectory, Violation
-from kankaku.railway.state import NO_REASON, NOTHING, Reason
-from kankaku.railway.timetable import Call, Service
-from kankaku.railway.world import World
 
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.plan.disruptions import Obstruction
+from kankaku.railway.plan.timetable import Call, Service
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.records import (
+    EnergyAccount,
+    RunRecord,
+    Standstills,
+    Trajectory,
+    Violation,
+)
+from kankaku.railway.step.state import NO_REASON, NOTHING, Reason
 from tests.worlds import make_scenario, straight_line, world_of
 
 READY_S = 25_200.0

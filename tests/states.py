@@ -1,9 +1,10 @@
 """States of a line that many tests share."""
 
 import numpy as np
-from kankaku.railway.obstructions import unobstructed
-from kankaku.railway.state import NOTHING, Events, LineState, beside
-from kankaku.railway.world import World
+
+from kankaku.railway.plan.disruptions import unobstructed
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.state import NOTHING, Events, LineState, beside
 
 
 def behind(

@@ -3,16 +3,20 @@
 from typing import Self
 
 import numpy as np
+
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.engine import Observation
-from kankaku.railway.world import World
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.engine_contract import Observation
 
 STOP_TOLERANCE_M = 0.5
 HALTING_SPEED_MPS = 0.1
 
 
 class ToyEngine:
-    """Moves trains exactly as commanded; implements :class:`kankaku.railway.engine.Engine`."""
+    """
+    Moves trains exactly as commanded; implements
+    :class:`kankaku.railway.step.engine_contract.Engine`.
+    """
 
     def __init__(self, world: World, dwell_delay_s: FloatArray, step_s: float) -> None:
         self._world = world

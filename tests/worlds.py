@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from kankaku.railway.dwell import DwellDelays
-from kankaku.railway.line import (
+from kankaku.railway.plan.dwell import DwellDelays
+from kankaku.railway.plan.line import (
     Block,
     Gradient,
     Line,
@@ -15,10 +15,10 @@ from kankaku.railway.line import (
     Track,
     Turnout,
 )
-from kankaku.railway.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.timetable import Call, Service, Timetable
-from kankaku.railway.world import World, build_world
+from kankaku.railway.plan.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.plan.timetable import Call, Service, Timetable
+from kankaku.railway.plan.world import World, build_world
 
 PLATFORM_MARGIN_M = 10.0
 """Platform beyond both ends of a standing train. [m]"""

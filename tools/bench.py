@@ -20,18 +20,18 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from kankaku.analysis.saved_run import Trip
-from kankaku.railway.control import Operation
-from kankaku.railway.journey import booked_journey
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.state import Advice, Authority, LineState
-from kankaku.sumo_net.build import build, sumo_binary
 
 from kankaku.analysis import LoadCase, SavedRun, run_tables, write_run
+from kankaku.analysis.saved_run import Trip
+from kankaku.railway.motion.journey import booked_journey
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.step.control import Operation
+from kankaku.railway.step.records import RunRecord
+from kankaku.railway.step.state import Advice, Authority, LineState
 from kankaku.scenarios import load, load_radio_plan
 from kankaku.studies import study
 from kankaku.studies.radio_study import EvenTrains, Question, perform
+from kankaku.sumo_net.build import build, sumo_binary
 from tools.replanning import replanning_ms
 
 PROJECT = Path(__file__).parents[1]

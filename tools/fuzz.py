@@ -24,10 +24,9 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import NamedTuple
 
-from kankaku.railway.randomness import stream
-from kankaku.railway.scenario import Scenario
-
 from kankaku import controllers
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.randomness import stream
 from kankaku.scenarios import (
     ScenarioError,
     load,

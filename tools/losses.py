@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pandas as pd
-from kankaku.analysis.figures import write_figure
-from kankaku.analysis.loss_diagram import loss_figure
-from kankaku.railway.state import Reason
 
 from kankaku.analysis import run_tables, summary_frame
+from kankaku.analysis.figures import write_figure
+from kankaku.analysis.loss_diagram import loss_figure
+from kankaku.railway.step.state import Reason
 from kankaku.scenarios import load
 from kankaku.studies import study
 from kankaku.workers import performed

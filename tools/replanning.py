@@ -4,14 +4,14 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from kankaku.controllers.reports import Reports
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.obstructions import unobstructed
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.state import NOTHING, Events, LineState
-from kankaku.railway.world import World
 
 from kankaku.controllers import build
+from kankaku.controllers.reports import Reports
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.plan.disruptions import unobstructed
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.state import NOTHING, Events, LineState
 from kankaku.studies import study
 
 CONTROLLER = "control_map"

@@ -9,8 +9,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from kankaku.railway.scenario import ControllerSpec
-
+from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.studies import study
 
 PROJECT = Path(__file__).parents[1]

@@ -15,13 +15,14 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.controllers.reports import radio_of
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.faults import UnitState
-from kankaku.railway.radio import TOLERANCE_S, RadioSpec, RadioState
-from kankaku.railway.state import LineState
-from kankaku.railway.world import World
+from kankaku.railway.failures.unit_failures import UnitState
+from kankaku.railway.plan.world import World
+from kankaku.railway.radio.data_link import TOLERANCE_S, RadioSpec, RadioState
+from kankaku.railway.step.state import LineState
 
 RATIO = 0.02
 """The speed by wheels and the felt one agree if they differ by no more of it. [-]"""

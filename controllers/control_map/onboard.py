@@ -1,6 +1,7 @@
 """What a train does with its commands: which band it keeps, and how fast it is to go."""
 
 import numpy as np
+
 from kankaku.controllers.control_map.measuring import Aboard
 from kankaku.controllers.control_map.run import stopping_place_m
 from kankaku.controllers.protection.ceiling import (
@@ -11,7 +12,7 @@ from kankaku.controllers.protection.ceiling import (
 )
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled, plain
-from kankaku.railway.state import NOTHING, LineState
+from kankaku.railway.step.state import NOTHING, LineState
 
 HEADROOM_MPS = 0.3
 """A train that is a little behind its plan may catch up. [m/s]"""
@@ -148,7 +149,7 @@ def behind_bands(
     Returns
     -------
     IntArray
-        As :attr:`kankaku.railway.state.Authority.limit_by`. shape (n_trains,)
+        As :attr:`kankaku.railway.step.state.Authority.limit_by`. shape (n_trains,)
     """
     free_by, slowed_by = behind
     found = np.full(limit_m.size, NOTHING)

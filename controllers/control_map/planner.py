@@ -9,6 +9,7 @@ that is about to go, and has to start anew; who comes slower passes it moving.
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.controllers.control_map.run import Place, Trains, run, stopping_place_m
 from kankaku.controllers.control_map.way import (
     Ends,
@@ -24,8 +25,8 @@ from kankaku.controllers.protection.ceiling import ceiling_here_mps
 from kankaku.controllers.pull import level_gain_mps
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.profile import at
-from kankaku.railway.state import NOTHING
+from kankaku.railway.plan.profile import at
+from kankaku.railway.step.state import NOTHING
 
 CAPS_MPS = 1.5
 """Distance between the speeds that are tried. [m/s]"""
@@ -106,7 +107,7 @@ class Plan(NamedTuple):
     """The train has been heard of lately and has a run. shape (n_trains,)"""
     free_by: IntArray
     """
-    What the way was free up to, as :attr:`kankaku.railway.state.Authority.limit_by`.
+    What the way was free up to, as :attr:`kankaku.railway.step.state.Authority.limit_by`.
     (n_trains,)
     """
     slowed_by: IntArray

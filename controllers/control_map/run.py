@@ -8,6 +8,7 @@ this module returns lies before the limits by construction.
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.controllers.protection.ceiling import (
     CeilingFigures,
     ceiling_ahead_mps,
@@ -16,9 +17,9 @@ from kankaku.controllers.protection.ceiling import (
 from kankaku.controllers.pull import Pull, pull_of, pulled_mps
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.kinematics import next_speed_mps
-from kankaku.railway.profile import at, braking_loss_mps
-from kankaku.railway.world import World
+from kankaku.railway.motion.kinematics import next_speed_mps
+from kankaku.railway.plan.profile import at, braking_loss_mps
+from kankaku.railway.plan.world import World
 
 ARRIVED_M = 0.5
 """A run that comes this near to its stop has arrived. [m]"""
@@ -130,7 +131,7 @@ def stopping_place_m(
     square
         Twice the brake potential. [m2/s2], shape (n_types * n_grid,)
     row_start
-        From :meth:`kankaku.railway.profile.Profile.row_starts`. [-]
+        From :meth:`kankaku.railway.plan.profile.Profile.row_starts`. [-]
     front_m
         Front. [m]
     speed_mps

@@ -3,10 +3,11 @@
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.controllers.control_map.run import stopping_place_m
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.state import NOTHING
+from kankaku.railway.step.state import NOTHING
 
 COMMANDS = 10
 """Steps that a telegram commands. [-]"""

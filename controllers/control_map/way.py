@@ -9,11 +9,12 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.leaders import predecessors, section_ends_m
-from kankaku.railway.state import NOTHING
-from kankaku.railway.world import World
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.state import NOTHING
+from kankaku.railway.wayside.leaders import predecessors, section_ends_m
 
 AT_START_M = 0.5
 """A front that stands at the start of an obstruction is before it, a stop error off. [m]"""
@@ -47,7 +48,7 @@ class Order(NamedTuple):
 
 
 class Obstructions(NamedTuple):
-    """Obstructions on a control map, as in :class:`~kankaku.railway.obstructions.WaysideState`."""
+    """Obstructions on a control map, as in ``WaysideState``."""
 
     start_m: FloatArray
     from_s: FloatArray
@@ -103,7 +104,7 @@ class Limits(NamedTuple):
     limit_m: FloatArray
     """[m]"""
     limit_by: IntArray
-    """What is there, as :attr:`kankaku.railway.state.Authority.limit_by`."""
+    """What is there, as :attr:`kankaku.railway.step.state.Authority.limit_by`."""
 
 
 class Grid(NamedTuple):
@@ -331,7 +332,7 @@ def raise_wall(limits: Limits, by: int, place_m: float, first: int, end: int) ->
     limits
         Limits, lowered in place.
     by
-        What stands at the place, as :attr:`kankaku.railway.state.Authority.limit_by`.
+        What stands at the place, as :attr:`kankaku.railway.step.state.Authority.limit_by`.
     place_m
         The place. [m]
     first

@@ -1,18 +1,19 @@
 """A centre whose planning channel makes wrong maps for a time; a fault campaign tests the rest."""
 
 import numpy as np
+
 from kankaku.controllers.control_map.planner import Plan
 from kankaku.controllers.protection.control_map import ControlMap, ControlMapOptions
 from kankaku.controllers.reports import Reports
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.faults import Fault, Variant
-from kankaku.railway.radio import RadioSpec
-from kankaku.railway.state import LineState
-from kankaku.railway.world import World
+from kankaku.railway.failures.unit_failures import Fault, Variant
+from kankaku.railway.plan.world import World
+from kankaku.railway.radio.data_link import RadioSpec
+from kankaku.railway.step.state import LineState
 
 
 class WrongMaps(ControlMap):
-    """The control map with a fault of kind :attr:`~kankaku.railway.faults.FaultKind.MAP`."""
+    """The control map with a fault of kind ``FaultKind.MAP``."""
 
     def __init__(
         self, world: World, options: ControlMapOptions, radio: RadioSpec, fault: Fault

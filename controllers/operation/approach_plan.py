@@ -11,12 +11,20 @@ by full acceleration alone.
 from typing import NamedTuple
 
 import numpy as np
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.profile import Profile
-from kankaku.railway.rolling_stock import TrainType
-from kankaku.railway.run_curve import LONGEST_S, RunCurve, RunTimeError, StallError, fastest, timed
-from kankaku.railway.way import Driving, Way, reaching_the_end, trace, way_on
 from scipy.optimize import brentq, minimize_scalar
+
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.motion.path import Driving, Way, reaching_the_end, trace, way_on
+from kankaku.railway.motion.run_curve import (
+    LONGEST_S,
+    RunCurve,
+    RunTimeError,
+    StallError,
+    fastest,
+    timed,
+)
+from kankaku.railway.plan.profile import Profile
+from kankaku.railway.plan.rolling_stock import TrainType
 
 SPEED_GRID_MPS = 2.0
 """Spacing of the speeds among which the best is looked for first. [m/s]"""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.controllers.operation.approach_plan import (
     ApproachPoint,
     Site,
@@ -22,13 +23,13 @@ from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
 from kankaku.controllers.options import require
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.compiled import compiled, count_up_to
-from kankaku.railway.control import Foresight
-from kankaku.railway.kinematics import next_speed_mps
-from kankaku.railway.profile import at, braking_loss_mps
-from kankaku.railway.run_curve import fastest
-from kankaku.railway.state import NO_REASON, Advice, Authority, LineState
-from kankaku.railway.way import way_on
-from kankaku.railway.world import World
+from kankaku.railway.motion.kinematics import next_speed_mps
+from kankaku.railway.motion.path import way_on
+from kankaku.railway.motion.run_curve import fastest
+from kankaku.railway.plan.profile import at, braking_loss_mps
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Foresight
+from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
 
 OPTIMAL_STOP, APPROACH = 0, 1
 LOOK_AHEAD_M = 1500.0

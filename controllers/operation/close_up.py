@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from kankaku.railway.control import Foresight
-from kankaku.railway.state import NO_REASON, Advice, Authority, LineState
-from kankaku.railway.world import World
+
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Foresight
+from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
 
 NO_CEILING_MPS = 1000.0
 

@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
-from kankaku.railway.control import Foresight
-from kankaku.railway.state import Advice, Authority, LineState
-from kankaku.railway.world import World
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Foresight
+from kankaku.railway.step.state import Advice, Authority, LineState
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,19 +11,20 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
 from kankaku.controllers.options import require
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.control import Foresight
-from kankaku.railway.eco_run import EcoRun, eco
-from kankaku.railway.extremal import BRAKING, SPEEDING_UP
-from kankaku.railway.kinematics import next_speed_mps
-from kankaku.railway.profile import at, braking_loss_mps
-from kankaku.railway.run_curve import RunTimeError, StallError
-from kankaku.railway.state import NO_REASON, Advice, Authority, LineState
-from kankaku.railway.way import way_on
-from kankaku.railway.world import World
+from kankaku.railway.motion.eco_run import EcoRun, eco
+from kankaku.railway.motion.extremal import BRAKING, SPEEDING_UP
+from kankaku.railway.motion.kinematics import next_speed_mps
+from kankaku.railway.motion.path import way_on
+from kankaku.railway.motion.run_curve import RunTimeError, StallError
+from kankaku.railway.plan.profile import at, braking_loss_mps
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Foresight
+from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
 
 ECO = 0
 CATCHING_UP_PS = 0.5

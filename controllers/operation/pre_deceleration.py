@@ -8,9 +8,10 @@ may depart. Both follow from monotone equations in one variable.
 
 from typing import NamedTuple
 
-from kankaku.railway.kinematics import braking_distance_m
-from kankaku.railway.run_up import RunUp
 from scipy.optimize import brentq
+
+from kankaku.railway.motion.kinematics import braking_distance_m
+from kankaku.railway.motion.run_up import RunUp
 
 
 class Slowing(NamedTuple):

@@ -17,17 +17,22 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.controllers.forecast import DepartureForecast, waits_for_leader
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.controllers.operation.pre_deceleration import Approach, Slowing, slow_down
 from kankaku.controllers.options import require
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.control import Foresight
-from kankaku.railway.kinematics import braking_distance_m, two_stage_brake_mps2, two_stage_speed_mps
-from kankaku.railway.run_up import RunUp
-from kankaku.railway.state import Advice, Authority, LineState
-from kankaku.railway.world import World
+from kankaku.railway.motion.kinematics import (
+    braking_distance_m,
+    two_stage_brake_mps2,
+    two_stage_speed_mps,
+)
+from kankaku.railway.motion.run_up import RunUp
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Foresight
+from kankaku.railway.step.state import Advice, Authority, LineState
 
 TWO_STAGE, PRE_DECELERATION = 0, 1
 

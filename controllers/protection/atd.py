@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.controllers.options import OptionError, require
 from kankaku.controllers.protection.ceiling import (
     CeilingFields,
@@ -26,13 +27,13 @@ from kankaku.controllers.protection.fixed_block import detection_on
 from kankaku.controllers.protection.fuzzy import RuleBase, infer, rule_base
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled, plain
-from kankaku.railway.control import Separation
-from kankaku.railway.detection import Sight
-from kankaku.railway.kinematics import next_speed_mps
-from kankaku.railway.profile import at
-from kankaku.railway.promises import Promises
-from kankaku.railway.state import NOTHING, Authority, LineState
-from kankaku.railway.world import World
+from kankaku.railway.motion.kinematics import next_speed_mps
+from kankaku.railway.plan.profile import at
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Separation
+from kankaku.railway.step.promises import Promises
+from kankaku.railway.step.state import NOTHING, Authority, LineState
+from kankaku.railway.wayside.detection import Sight
 
 KMH_PER_MPS = 3.6
 LEAST_AHEAD_S, LEAST_AHEAD_M = 0.5, 0.5

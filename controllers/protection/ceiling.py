@@ -4,13 +4,14 @@ import math
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
+
 from kankaku.controllers.pull import Pull, pull_of, pulled_mps
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled, plain
-from kankaku.railway.kinematics import next_speed_mps
-from kankaku.railway.profile import Profile, at, at_each, braking_loss_mps
-from kankaku.railway.state import LineState
-from kankaku.railway.world import World
+from kankaku.railway.motion.kinematics import next_speed_mps
+from kankaku.railway.plan.profile import Profile, at, at_each, braking_loss_mps
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.state import LineState
 
 LEAST_MPS = 1e-6
 """Nobody who is slower gets to the end of a limit within a step. [m/s]"""
@@ -34,7 +35,7 @@ class CeilingFigures(NamedTuple):
     square: FloatArray
     """Twice the brake potential. [m2/s2], shape (n_types * n_grid,)"""
     row_start: FloatArray
-    """From :meth:`kankaku.railway.profile.Profile.row_starts`. [-], shape (n_trains,)"""
+    """From :meth:`kankaku.railway.plan.profile.Profile.row_starts`. [-], shape (n_trains,)"""
     start: FloatArray
     """Where pieces of constant limit begin, one train type after the other. [m], (n_pieces,)"""
     limit_mps: FloatArray

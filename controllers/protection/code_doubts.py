@@ -10,10 +10,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.controllers.protection.code_table import Braking, entry_speeds_mps
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.detection import Detection
-from kankaku.railway.world import World
+from kankaku.railway.plan.world import World
+from kankaku.railway.wayside.detection import Detection
 
 KMH_PER_MPS = 3.6
 HARDLY_MPS = 0.01

@@ -11,11 +11,12 @@ block ahead it is 0.
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.controllers.options import OptionError
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.detection import Detection, Tiling
-from kankaku.railway.profile import Profile
-from kankaku.railway.world import World
+from kankaku.railway.plan.profile import Profile
+from kankaku.railway.plan.world import World
+from kankaku.railway.wayside.detection import Detection, Tiling
 
 
 class Braking(NamedTuple):

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.controllers.control_map.measuring import (
     CENTRE_ROW,
     EARLY_S,
@@ -46,12 +47,12 @@ from kankaku.controllers.protection.ceiling import LineCeiling, braked_to_mps
 from kankaku.controllers.reports import Reports, emergency, no_reports, radio_of, take_reports
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.compiled import plain
-from kankaku.railway.control import Separation
-from kankaku.railway.control_map import Bands, free_to_m, layers_of, overlaps_m, ways_of
-from kankaku.railway.promises import Promises
-from kankaku.railway.radio import TOLERANCE_S, RadioSpec
-from kankaku.railway.state import NOTHING, Authority, LineState, Link
-from kankaku.railway.world import World
+from kankaku.railway.plan.world import World
+from kankaku.railway.radio.data_link import TOLERANCE_S, RadioSpec
+from kankaku.railway.safety.band_exclusion import Bands, free_to_m, layers_of, overlaps_m, ways_of
+from kankaku.railway.step.control import Separation
+from kankaku.railway.step.promises import Promises
+from kankaku.railway.step.state import NOTHING, Authority, LineState, Link
 
 UPDATE_S = 0.5
 """Time between maps, and between the moments of a map (Sugiyama 2018, section 3.1.3). [s]"""
@@ -100,7 +101,7 @@ class Memory(NamedTuple):
     refused_s: float
     """When the last map was made whose bands overlapped: nothing of it was sent. [s]"""
     covered_m: FloatArray
-    """See :attr:`kankaku.railway.state.Link.covered_m`. [m], shape (n_trains,)"""
+    """See :attr:`kankaku.railway.step.state.Link.covered_m`. [m], shape (n_trains,)"""
     held_s: FloatArray
     """When the commands were sent that trains go by. [s], shape (n_trains,)"""
     held_m: FloatArray

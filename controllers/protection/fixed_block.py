@@ -1,8 +1,8 @@
 """What protections over fixed blocks share."""
 
 from kankaku.controllers.options import OptionError
-from kankaku.railway.detection import Detection
-from kankaku.railway.world import World
+from kankaku.railway.plan.world import World
+from kankaku.railway.wayside.detection import Detection
 
 
 def detection_on(world: World) -> Detection:

@@ -11,6 +11,7 @@ the rules say (zero-order Takagi and Sugeno).
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import compiled, count_up_to
 

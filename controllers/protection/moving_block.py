@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.controllers.options import require
 from kankaku.controllers.protection.ceiling import (
     CeilingFields,
@@ -23,13 +24,13 @@ from kankaku.controllers.protection.ceiling import (
     ceiling_ahead_mps,
 )
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.buffers import Buffers, drifted_buffer_m, reaching_front_m
 from kankaku.railway.compiled import compiled, count_up_to, plain
-from kankaku.railway.control import Separation
-from kankaku.railway.profile import build_profile
-from kankaku.railway.promises import Promises
-from kankaku.railway.state import NOTHING, Authority, LineState
-from kankaku.railway.world import World
+from kankaku.railway.plan.buffers import Buffers, drifted_buffer_m, reaching_front_m
+from kankaku.railway.plan.profile import build_profile
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Separation
+from kankaku.railway.step.promises import Promises
+from kankaku.railway.step.state import NOTHING, Authority, LineState
 
 ENTERED_M = 1.0
 """A front this far in a platform section has entered it; one at its start may be off a bit. [m]"""

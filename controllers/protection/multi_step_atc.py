@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.controllers.options import OptionError, require
 from kankaku.controllers.protection.ceiling import (
     CeilingFields,
@@ -23,11 +24,11 @@ from kankaku.controllers.protection.code_table import Braking, code_table
 from kankaku.controllers.protection.fixed_block import detection_on
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled, plain
-from kankaku.railway.control import Separation
-from kankaku.railway.detection import Sight, Tiling, place_of, place_of_front
-from kankaku.railway.promises import Promises
-from kankaku.railway.state import NOTHING, Authority, LineState
-from kankaku.railway.world import World
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Separation
+from kankaku.railway.step.promises import Promises
+from kankaku.railway.step.state import NOTHING, Authority, LineState
+from kankaku.railway.wayside.detection import Sight, Tiling, place_of, place_of_front
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,8 +11,8 @@ A limit that was sent once stays safe, whatever is lost or late after it. It cou
 where the train ahead was when it last reported, and trains never go back; points that are granted
 stay so until the train has passed. So an older limit than the last one only lies nearer, and a
 train needs no message to stay safe. Only an obstruction can take a limit back: what a train may
-still go by is in :attr:`kankaku.railway.state.Link.covered_m`, until all trains have acknowledged
-commands that were made with the obstruction (section 3.2.3 (2)).
+still go by is in :attr:`kankaku.railway.step.state.Link.covered_m`, until all trains have
+acknowledged commands that were made with the obstruction (section 3.2.3 (2)).
 """
 
 import math
@@ -20,17 +20,18 @@ from dataclasses import replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+
 from kankaku.controllers.protection.ceiling import LineCeiling
 from kankaku.controllers.reports import Reports, emergency, no_reports, radio_of, take_reports
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled, plain
-from kankaku.railway.control import Foresight, Protection, Separation
-from kankaku.railway.leaders import section_ends_m
-from kankaku.railway.profile import at_each
-from kankaku.railway.promises import Promises
-from kankaku.railway.radio import TOLERANCE_S, RadioSpec, RadioState
-from kankaku.railway.state import NOTHING, Authority, LineState, Link
-from kankaku.railway.world import World
+from kankaku.railway.plan.profile import at_each
+from kankaku.railway.plan.world import World
+from kankaku.railway.radio.data_link import TOLERANCE_S, RadioSpec, RadioState
+from kankaku.railway.step.control import Foresight, Protection, Separation
+from kankaku.railway.step.promises import Promises
+from kankaku.railway.step.state import NOTHING, Authority, LineState, Link
+from kankaku.railway.wayside.leaders import section_ends_m
 
 HORIZON_S = 5.0
 """For how long commands are valid after they are sent (Sugiyama 2018, section 3.1.3). [s]"""
@@ -87,7 +88,7 @@ class OnAir(NamedTuple):
     limit_by: IntArray
     """What is behind them. shape (n_trains,)"""
     covered_m: FloatArray
-    """See :attr:`kankaku.railway.state.Link.covered_m`. [m], shape (n_trains,)"""
+    """See :attr:`kankaku.railway.step.state.Link.covered_m`. [m], shape (n_trains,)"""
     emergency: BoolArray
     """Trains that brake in emergency. shape (n_trains,)"""
 

@@ -11,15 +11,16 @@ rear, taken as standing.
 from dataclasses import dataclass
 
 import numpy as np
+
 from kankaku.controllers.options import require
 from kankaku.controllers.protection.ceiling import LineCeiling, braked_to_mps
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.control import Separation
-from kankaku.railway.profile import SPACING_M, at
-from kankaku.railway.promises import Promises
-from kankaku.railway.state import NOTHING, Authority, LineState
-from kankaku.railway.world import World
+from kankaku.railway.plan.profile import SPACING_M, at
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Separation
+from kankaku.railway.step.promises import Promises
+from kankaku.railway.step.state import NOTHING, Authority, LineState
 
 EXACT_M = 0.01
 """How exactly the place of a stand is found, on the near side. [m]"""

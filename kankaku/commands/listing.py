@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from kankaku import controllers
 from kankaku.controllers.choosing import changed_options
-from kankaku.railway.scenario import ControllerSpec
+from kankaku.railway.plan.scenario import ControllerSpec
 
 
 class Listing(NamedTuple):

@@ -22,8 +22,8 @@ from kankaku.analysis.publishing import PUBLISHED_FILES
 from kankaku.analysis.results import RUN_RECORD, places_of
 from kankaku.analysis.schema import json_text, read_csv, write_whole
 from kankaku.analysis.tables import RunTables, table_file
-from kankaku.railway.records import RAW_TABLES, UNFINISHED, VIOLATIONS
-from kankaku.railway.scenario import ControllerSpec, Scenario
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.step.records import RAW_TABLES, UNFINISHED, VIOLATIONS
 from kankaku.store.fingerprint import content_sha256, foreign_sha256, sources_sha256
 
 VERSIONED = ("kankaku", "eclipse-sumo", "libsumo", "numpy")

@@ -17,8 +17,8 @@ from kankaku.analysis import (
     publish_dependability,
     refuse_foreign,
 )
-from kankaku.railway.availability import Configuration, availability, simulate_outages
-from kankaku.railway.fault_tree import FaultTree, FaultTreeError, minimal_cut_sets
+from kankaku.railway.failures.availability import Configuration, availability, simulate_outages
+from kankaku.railway.failures.fault_tree import FaultTree, FaultTreeError, minimal_cut_sets
 from kankaku.scenarios import load_configurations, load_fault_tree
 from kankaku.store import failed_runs
 from kankaku.store.holding import held

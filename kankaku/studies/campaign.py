@@ -24,11 +24,11 @@ from kankaku.analysis.schema import write_whole
 from kankaku.controllers.control_map.measuring import CENTRE_ROW, Notice
 from kankaku.controllers.control_map.wrong_maps import WrongMaps
 from kankaku.controllers.protection.control_map import ControlMapOptions, Memory
-from kankaku.railway.faults import Fault, FaultKind, Variant
-from kankaku.railway.random_faults import draw_fault
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import ControllerSpec
-from kankaku.railway.state import Authority, LineState, Reason
+from kankaku.railway.failures.random_failures import draw_fault
+from kankaku.railway.failures.unit_failures import Fault, FaultKind, Variant
+from kankaku.railway.plan.scenario import ControllerSpec
+from kankaku.railway.step.records import RunRecord
+from kankaku.railway.step.state import Authority, LineState, Reason
 from kankaku.store import failed_runs
 from kankaku.store.fingerprint import sources_sha256
 from kankaku.store.holding import held

@@ -27,15 +27,15 @@ from kankaku.analysis import (
     refuse_foreign,
 )
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.compression import least_shifts_s, occupation_s
-from kankaku.railway.control import Controller, Foresight, exclusive_pieces
-from kankaku.railway.headway import Headway, blocking_times_s, technical_headways
-from kankaku.railway.journey import Journey, booked_journey, technical_journey
-from kankaku.railway.pattern import PeakPattern, busiest_hour, peak_pattern
-from kankaku.railway.permitted import permitted_profile
-from kankaku.railway.scenario import ControllerSpec
-from kankaku.railway.timetable import Service, Timetable
-from kankaku.railway.world import World
+from kankaku.railway.capacity.blocking_time import Headway, blocking_times_s, technical_headways
+from kankaku.railway.capacity.compression import least_shifts_s, occupation_s
+from kankaku.railway.capacity.permitted import permitted_profile
+from kankaku.railway.motion.journey import Journey, booked_journey, technical_journey
+from kankaku.railway.plan.pattern import PeakPattern, busiest_hour, peak_pattern
+from kankaku.railway.plan.scenario import ControllerSpec
+from kankaku.railway.plan.timetable import Service, Timetable
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Controller, Foresight, exclusive_pieces
 from kankaku.store import failed_runs
 from kankaku.store.holding import held
 from kankaku.studies.provenance import provenance_of

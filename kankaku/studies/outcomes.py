@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 import pandas as pd
 
 from kankaku.analysis import SweepTables
-from kankaku.railway.scenario import ControllerSpec, Scenario
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.store.run_store import Kept, Task
 
 

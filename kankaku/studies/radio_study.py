@@ -26,7 +26,7 @@ from kankaku.analysis import (
     refuse_foreign,
 )
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.network import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
+from kankaku.railway.radio.cells import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
 from kankaku.scenarios import load_radio_plan
 from kankaku.store import failed_runs
 from kankaku.store.holding import held

@@ -16,8 +16,8 @@ import pandas as pd
 from kankaku import controllers, interrupts
 from kankaku.analysis import SweepTables, publish, read_run, run_folder, shown_delays_s
 from kankaku.analysis.results import RUN_RECORD
-from kankaku.railway.scenario import ControllerSpec, Scenario
-from kankaku.railway.world import World
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.plan.world import World
 from kankaku.store import failed_runs, run_store
 from kankaku.store.run_store import Kept, Origin, Task
 from kankaku.studies.outcomes import Failed, Hearers, Outcome, Say, Study, StudyError, StudyResult

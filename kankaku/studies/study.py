@@ -16,13 +16,13 @@ from typing import Any
 from kankaku import controllers
 from kankaku.analysis import RESULT_FILES, refuse_foreign, run_tables
 from kankaku.controllers.choosing import named, with_settings
-from kankaku.railway.faults import Fault
-from kankaku.railway.feasibility import assess
-from kankaku.railway.loop import simulate
+from kankaku.railway.failures.unit_failures import Fault
+from kankaku.railway.loop.simulate import simulate
+from kankaku.railway.motion.feasibility import assess
 from kankaku.railway.places import CACHE, chosen_cache, refuse_unwritable, temporary_folder
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import ControllerSpec, Scenario
-from kankaku.railway.world import World, build_world
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.plan.world import World, build_world
+from kankaku.railway.step.records import RunRecord
 from kankaku.scenarios import load
 from kankaku.store import run_store
 from kankaku.store.holding import held
@@ -114,7 +114,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         Called with "engine", "protection", "operation" or "drive" and that layer; returns
         what stands in for it, for example something that measures it.
     faults
-        What units and the centre do wrong; see :func:`kankaku.railway.loop.simulate`.
+        What units and the centre do wrong; see :func:`kankaku.railway.loop.simulate.simulate`.
 
     Returns
     -------

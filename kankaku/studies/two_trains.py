@@ -7,14 +7,14 @@ from typing import cast
 import numpy as np
 
 from kankaku import controllers
-from kankaku.railway.control import Controller, Foresight
-from kankaku.railway.dwell import DwellDelays
-from kankaku.railway.journey import Journey, technical_journey
-from kankaku.railway.obstructions import UNDISTURBED
-from kankaku.railway.permitted import permitted_profile
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import ControllerSpec, Scenario
-from kankaku.railway.timetable import Call, Timetable
+from kankaku.railway.capacity.permitted import permitted_profile
+from kankaku.railway.motion.journey import Journey, technical_journey
+from kankaku.railway.plan.disruptions import UNDISTURBED
+from kankaku.railway.plan.dwell import DwellDelays
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.plan.timetable import Call, Timetable
+from kankaku.railway.step.control import Controller, Foresight
+from kankaku.railway.step.records import RunRecord
 from kankaku.studies.study import Study, StudyError, run_once, world_of
 
 RESOLUTION_S = 0.1

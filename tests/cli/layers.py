@@ -3,12 +3,11 @@
 import time
 from typing import TYPE_CHECKING, cast
 
-from kankaku.controllers.protection.moving_block import Ahead, MovingBlock, MovingBlockOptions
-from kankaku.railway.state import Authority, LineState
-
 from kankaku import controllers
 from kankaku.commands import app
 from kankaku.controllers import Layer
+from kankaku.controllers.protection.moving_block import Ahead, MovingBlock, MovingBlockOptions
+from kankaku.railway.step.state import Authority, LineState
 
 if TYPE_CHECKING:
     from collections.abc import MutableMapping

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
-from kankaku.railway.arrays import FloatArray
 
 from kankaku import controllers
 from kankaku.controllers import Layer
+from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
+from kankaku.railway.arrays import FloatArray
 from tests.cli.command import FAILED, Screen, contents, kankaku, refused, two_controllers
 from tests.unit.scenario_folder import replace
 

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from kankaku.scenarios.reconstruct import main
 
 from kankaku.scenarios import load
+from kankaku.scenarios.reconstruct import main
 from tests.unit.scenario_folder import replace, write_scenario
 
 PUBLIC = """\

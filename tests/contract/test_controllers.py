@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.control import Controller, Operation, Protection, Separation
-from kankaku.railway.scenario import ControllerSpec, Option, Scenario
-from kankaku.railway.state import NO_REASON, Advice, Authority, LineState
-from kankaku.railway.timetable import Timetable
-from kankaku.railway.world import World
 
 from kankaku.controllers import OPERATIONS, PROTECTIONS, ControllerError, build
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.plan.scenario import ControllerSpec, Option, Scenario
+from kankaku.railway.plan.timetable import Timetable
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Controller, Operation, Protection, Separation
+from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
 from tests.ends_of_ways import short_turn_scenario
 from tests.property.runs import loop_station_scenario, run
 from tests.worlds import merge_scenario, two_station_scenario, world_of

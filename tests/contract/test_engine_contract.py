@@ -7,14 +7,14 @@ from typing import TypeAlias
 
 import numpy as np
 import pytest
+
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.dwell import DwellDelays, Overstay
-from kankaku.railway.engine import Engine, Observation
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.world import World
+from kankaku.railway.plan.dwell import DwellDelays, Overstay
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.engine_contract import Engine, Observation
 from kankaku.sumo_net.build import build
 from kankaku.sumo_net.engine import SumoEngine
-
 from tests.ends_of_ways import joint_scenario, short_turn_scenario
 from tests.toy_engine import ToyEngine
 from tests.worlds import merge_scenario, two_station_scenario, world_of

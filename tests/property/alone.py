@@ -4,9 +4,8 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from math import sqrt
 
-from kankaku.railway.line import Gradient, SpeedLimit
-from kankaku.railway.rolling_stock import TrainType
-
+from kankaku.railway.plan.line import Gradient, SpeedLimit
+from kankaku.railway.plan.rolling_stock import TrainType
 from tests.property.dense_run import GRAVITY, inertial_kg, pull_n, rolling_n
 
 STEP_S = 0.005

@@ -11,12 +11,12 @@ from math import inf, log, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.compiled import compiled
-from kankaku.railway.line import Line
-from kankaku.railway.rolling_stock import TrainType
 from scipy.optimize import brentq
 
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.rolling_stock import TrainType
 from tests.property.dense_run import (
     GRAVITY,
     curvatures,

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from math import inf, sqrt
 
 import numpy as np
+
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.line import Line
-from kankaku.railway.rolling_stock import TrainType
+from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.rolling_stock import TrainType
 
 GRAVITY = 9.80665
 CELL_M = 0.05

@@ -6,20 +6,20 @@ from typing import Self
 
 import numpy as np
 from hypothesis import strategies as st
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.control import Controller
-from kankaku.railway.engine import Observation
-from kankaku.railway.faults import Fault
-from kankaku.railway.line import Gradient, Line, Section, SpeedLimit, Track, Turnout
-from kankaku.railway.loop import simulate
-from kankaku.railway.radio import LOSSLESS, RadioSpec
-from kankaku.railway.records import RunRecord
-from kankaku.railway.rolling_stock import TrainType
-from kankaku.railway.scenario import ControllerSpec, Scenario
-from kankaku.railway.timetable import Call, Service
-from kankaku.railway.world import World
 
 from kankaku.controllers import build
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.failures.unit_failures import Fault
+from kankaku.railway.loop.simulate import simulate
+from kankaku.railway.plan.line import Gradient, Line, Section, SpeedLimit, Track, Turnout
+from kankaku.railway.plan.rolling_stock import TrainType
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.plan.timetable import Call, Service
+from kankaku.railway.plan.world import World
+from kankaku.railway.radio.data_link import LOSSLESS, RadioSpec
+from kankaku.railway.step.control import Controller
+from kankaku.railway.step.engine_contract import Observation
+from kankaku.railway.step.records import RunRecord
 from tests.toy_engine import ToyEngine
 from tests.worlds import blocks_every, make_scenario, platform_for, straight_line, world_of
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
-from kankaku.analysis.delay import technical_run_times_s, unhindered_arrivals_s
-from kankaku.railway.line import Gradient, SpeedLimit
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.world import World
 
+from kankaku.analysis.delay import technical_run_times_s, unhindered_arrivals_s
+from kankaku.railway.plan.line import Gradient, SpeedLimit
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.records import RunRecord
 from tests.property.alone import run_time_alone_s
 from tests.property.runs import controller_of, random_gradients, run, solo_scenario
 from tests.worlds import blocks_every, commuter_train, world_of

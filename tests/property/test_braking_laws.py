@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.kinematics import (
+from kankaku.railway.motion.kinematics import (
     braking_distance_m,
     next_speed_mps,
     two_stage_brake_mps2,

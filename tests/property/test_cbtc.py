@@ -6,10 +6,10 @@ from itertools import pairwise
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from kankaku.railway.arrays import BoolArray
-from kankaku.railway.scenario import ControllerSpec, Scenario
 
 from kankaku.controllers import build
+from kankaku.railway.arrays import BoolArray
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from tests.property.dense_run import Radio
 from tests.property.runs import Observed, run
 from tests.worlds import two_station_scenario, world_of

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from kankaku.railway.line import Line
-from kankaku.railway.obstructions import Cause, Closure, Disruptions, PointsFailure
-from kankaku.railway.radio import LOSSLESS
-from kankaku.railway.scenario import Scenario
 
+from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, PointsFailure
+from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.radio.data_link import LOSSLESS
 from tests.property.runs import READY_S, loop_station_scenario
 from tests.unit.test_control_map import on_map
 from tests.worlds import merge_scenario, two_station_scenario

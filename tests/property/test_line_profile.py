@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from kankaku.railway.line import Curve, Gradient, Line, SpeedLimit
-from kankaku.railway.profile import Profile, build_profile
-from kankaku.railway.rolling_stock import TrainType
 from scipy.integrate import solve_ivp
 
+from kankaku.railway.plan.line import Curve, Gradient, Line, SpeedLimit
+from kankaku.railway.plan.profile import Profile, build_profile
+from kankaku.railway.plan.rolling_stock import TrainType
 from tests.property.runs import GRAVITY, mean_slope, random_gradients, random_limits
 from tests.worlds import commuter_train, straight_line
 

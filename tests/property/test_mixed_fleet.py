@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from kankaku.railway.line import Gradient, SpeedLimit
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.timetable import Timetable
 
 from kankaku.controllers import OPERATIONS
+from kankaku.railway.plan.line import Gradient, SpeedLimit
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.plan.timetable import Timetable
 from tests.property.runs import run
 from tests.worlds import commuter_train, merge_scenario, world_of
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from kankaku.railway.line import Gradient
-from kankaku.railway.scenario import ControllerSpec
 
 from kankaku.controllers import OPERATIONS, build
+from kankaku.railway.plan.line import Gradient
+from kankaku.railway.plan.scenario import ControllerSpec
 from tests.property.runs import random_gradients, run, solo_scenario
 from tests.worlds import blocks_every, commuter_train, world_of
 

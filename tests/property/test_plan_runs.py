@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
+
 from kankaku.controllers.control_map.run import (
     Pace,
     Place,
@@ -14,11 +16,9 @@ from kankaku.controllers.control_map.run import (
     trains_of,
 )
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.line import Gradient, SpeedLimit
-from kankaku.railway.profile import at_each
-from kankaku.railway.world import World
-from scipy.optimize import brentq
-
+from kankaku.railway.plan.line import Gradient, SpeedLimit
+from kankaku.railway.plan.profile import at_each
+from kankaku.railway.plan.world import World
 from tests.property.runs import GRAVITY, random_gradients, random_limits, solo_scenario
 from tests.worlds import commuter_train, world_of
 

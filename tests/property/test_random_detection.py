@@ -6,12 +6,12 @@ from typing import NamedTuple
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.detection import Detection, Occupancy
-from kankaku.railway.line import Block, Line, Platform, Section, Track, Turnout
-from kankaku.railway.timetable import Call, Service
-from kankaku.railway.world import World
 
+from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.plan.line import Block, Line, Platform, Section, Track, Turnout
+from kankaku.railway.plan.timetable import Call, Service
+from kankaku.railway.plan.world import World
+from kankaku.railway.wayside.detection import Detection, Occupancy
 from tests.worlds import commuter_train, make_scenario, stations_at, world_of
 
 TRAINS = 5

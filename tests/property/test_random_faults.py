@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
-from kankaku.controllers.control_map.wrong_maps import WrongMaps
-from kankaku.controllers.protection.control_map import ControlMapOptions
-from kankaku.railway.faults import Fault, FaultKind, Variant
-from kankaku.railway.radio import LOSSLESS
-from kankaku.railway.random_faults import draw_fault
-from kankaku.railway.scenario import Scenario
 
 from kankaku.controllers import build
+from kankaku.controllers.control_map.wrong_maps import WrongMaps
+from kankaku.controllers.protection.control_map import ControlMapOptions
+from kankaku.railway.failures.random_failures import draw_fault
+from kankaku.railway.failures.unit_failures import Fault, FaultKind, Variant
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.radio.data_link import LOSSLESS
 from tests.property.runs import READY_S, loop_station_scenario, run
 from tests.property.test_control_maps import days
 from tests.unit.test_faults import SPEC, Listener, failing, two_trains

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import Scenario
 
 from kankaku.controllers import OPERATIONS
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.step.records import RunRecord
 from tests.property.runs import Observed, loop_station_scenario, run
 from tests.worlds import merge_scenario
 

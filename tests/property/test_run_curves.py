@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.buffers import Buffers
-from kankaku.railway.line import Curve, Line
-from kankaku.railway.run_curve import RunCurve, RunTimeError, fastest_run, timed_run
 
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.motion.run_curve import RunCurve, RunTimeError, fastest_run, timed_run
+from kankaku.railway.plan.buffers import Buffers
+from kankaku.railway.plan.line import Curve, Line
 from tests.property.dense_run import (
     GRAVITY,
     NO_RADIO,

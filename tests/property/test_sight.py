@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kankaku.railway.control import Protection
-from kankaku.railway.detection import Detection
-from kankaku.railway.scenario import ControllerSpec, Scenario
-from kankaku.railway.state import Authority, LineState
-from kankaku.railway.world import World
 
 from kankaku.controllers import build
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Protection
+from kankaku.railway.step.state import Authority, LineState
+from kankaku.railway.wayside.detection import Detection
 from tests.property.runs import loop_station_scenario, run
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 

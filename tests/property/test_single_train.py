@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from kankaku.railway.line import Curve, Gradient, SpeedLimit
-from kankaku.railway.rolling_stock import TrainType
-from kankaku.railway.scenario import Scenario
 
+from kankaku.railway.plan.line import Curve, Gradient, SpeedLimit
+from kankaku.railway.plan.rolling_stock import TrainType
+from kankaku.railway.plan.scenario import Scenario
 from tests.property.runs import (
     GRAVITY,
     Observed,

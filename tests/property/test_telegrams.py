@@ -6,7 +6,8 @@ import zlib
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from kankaku.railway.telegram import (
+
+from kankaku.railway.radio.telegram import (
     CONTENT_BYTES,
     PACKET_BYTES,
     POINTS,

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from kankaku.railway.line import Crossing, Line, Turnout
-from kankaku.railway.obstructions import Cause, Closure, Disruptions, Obstacle, PointsFailure
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import Scenario
 
 from kankaku.controllers import PROTECTIONS
+from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, Obstacle, PointsFailure
+from kankaku.railway.plan.line import Crossing, Line, Turnout
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.step.records import RunRecord
 from tests.property.runs import READY_S, Observed, controller_of, loop_station_scenario, run
 from tests.worlds import world_of
 

@@ -5,16 +5,16 @@ from typing import cast
 
 import numpy as np
 import pytest
-from kankaku.railway.control import Foresight
-from kankaku.railway.headway import blocking_times_s, technical_headways
-from kankaku.railway.journey import technical_journey
-from kankaku.railway.permitted import permitted_profile
-from kankaku.railway.rolling_stock import RunningResistance, Traction, TrainType
-from kankaku.railway.scenario import ControllerSpec
-from kankaku.railway.timetable import Call, Service, Timetable
-from kankaku.railway.world import World, build_world
 
 from kankaku import controllers
+from kankaku.railway.capacity.blocking_time import blocking_times_s, technical_headways
+from kankaku.railway.capacity.permitted import permitted_profile
+from kankaku.railway.motion.journey import technical_journey
+from kankaku.railway.plan.rolling_stock import RunningResistance, Traction, TrainType
+from kankaku.railway.plan.scenario import ControllerSpec
+from kankaku.railway.plan.timetable import Call, Service, Timetable
+from kankaku.railway.plan.world import World, build_world
+from kankaku.railway.step.control import Foresight
 from tests.worlds import commuter_train, straight_line
 
 DWELL_S, LENGTH_M = 30.0, 200.0

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from kankaku.railway.eco_run import eco, net_energy_j
-from kankaku.railway.line import Line, SpeedLimit
-from kankaku.railway.profile import build_profile
-from kankaku.railway.rolling_stock import TrainType
-from kankaku.railway.run_curve import fastest
-from kankaku.railway.way import way_on
 
+from kankaku.railway.motion.eco_run import eco, net_energy_j
+from kankaku.railway.motion.path import way_on
+from kankaku.railway.motion.run_curve import fastest
+from kankaku.railway.plan.line import Line, SpeedLimit
+from kankaku.railway.plan.profile import build_profile
+from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.scenarios import load
 from tests.worlds import straight_line
 

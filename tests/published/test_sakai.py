@@ -8,16 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kankaku.controllers.operation.approach_point import Plans
-from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.control import Operation
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.state import Advice, Authority, LineState
-from kankaku.scenarios.load import load
 from scipy.integrate import quad
 
 from kankaku.controllers import build
+from kankaku.controllers.operation.approach_point import Plans
+from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.step.control import Operation
+from kankaku.railway.step.records import RunRecord
+from kankaku.railway.step.state import Advice, Authority, LineState
+from kankaku.scenarios.load import load
 from tests.property.runs import Observed, run
 from tests.worlds import world_of
 

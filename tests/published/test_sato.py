@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from kankaku.railway.records import RunRecord
-from kankaku.railway.rolling_stock import RunningResistance, Traction, TrainType
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.timetable import Call, Service
 
+from kankaku.railway.plan.rolling_stock import RunningResistance, Traction, TrainType
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.plan.timetable import Call, Service
+from kankaku.railway.step.records import RunRecord
 from tests.property.runs import READY_S, Observed, run
 from tests.worlds import commuter_train, make_scenario, straight_line
 

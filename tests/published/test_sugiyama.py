@@ -5,15 +5,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kankaku.analysis.dependability import HOUR_S, ROWS
-from kankaku.analysis.saved_run import Trip
-from kankaku.railway.availability import Configuration, availability, estimate, simulate_outages
-from kankaku.railway.fault_tree import joint_probability, minimal_cut_sets, top_probability
-from kankaku.railway.journey import booked_journey
-from kankaku.railway.network import Link
-from kankaku.railway.scenario import Scenario
 
 from kankaku.analysis import Endurance, LoadCase, SavedRun
+from kankaku.analysis.dependability import HOUR_S, ROWS
+from kankaku.analysis.saved_run import Trip
+from kankaku.railway.failures.availability import (
+    Configuration,
+    availability,
+    estimate,
+    simulate_outages,
+)
+from kankaku.railway.failures.fault_tree import joint_probability, minimal_cut_sets, top_probability
+from kankaku.railway.motion.journey import booked_journey
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.radio.cells import Link
 from kankaku.scenarios import load, load_configurations, load_fault_tree, load_radio_plan
 from kankaku.studies import study
 from kankaku.studies.radio_study import EvenTrains, FullCell, Question, perform

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import Scenario
 
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.step.records import RunRecord
 from kankaku.scenarios import load
 from kankaku.studies import study
 

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.monitor import Monitor
-from kankaku.railway.recorder import StepBlock
 
-from kankaku.railway import loop
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.loop import simulate
+from kankaku.railway.loop.recorder import StepBlock
+from kankaku.railway.safety.monitor import Monitor
 from kankaku.studies import study
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "binding"
@@ -43,7 +43,7 @@ class Closest(Monitor):
 @pytest.mark.parametrize("name", BINDING)
 def test_every_rule_is_kept_and_binds(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     chosen = study.choose(SCENARIO, names=(name,))
-    monkeypatch.setattr(loop, "Monitor", Closest)
+    monkeypatch.setattr(simulate, "Monitor", Closest)
     monkeypatch.setattr(Closest, "nearest", {}, raising=False)
     record = study.run_once(chosen.scenario, chosen.specs[0], chosen.seeds[0], chosen.step_s)
     assert record.violations == ()

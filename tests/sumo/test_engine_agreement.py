@@ -5,15 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from kankaku.controllers.drive import TractionDrive
-from kankaku.railway.control import Command
-from kankaku.railway.engine import Engine
-from kankaku.railway.loop import simulate
-from kankaku.railway.state import Advice, Authority, LineState
-from kankaku.railway.world import World
+from kankaku.railway.loop.simulate import simulate
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Command
+from kankaku.railway.step.engine_contract import Engine
+from kankaku.railway.step.state import Advice, Authority, LineState
 from kankaku.sumo_net.build import build
 from kankaku.sumo_net.engine import EngineDisagreementError, SumoEngine
-
 from tests.property.runs import controller_of
 from tests.worlds import two_station_scenario, world_of
 

@@ -7,20 +7,20 @@ from typing import TypeAlias
 
 import numpy as np
 import pytest
+
 from kankaku.controllers.peers import PEERS, build_peer
 from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray
-from kankaku.railway.dwell import DwellDelays, Overstay
-from kankaku.railway.engine import Observation
-from kankaku.railway.line import Block, Gradient, SpeedLimit
-from kankaku.railway.loop import simulate
-from kankaku.railway.records import RunRecord
-from kankaku.railway.run_curve import fastest_run
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.state import Reason
+from kankaku.railway.loop.simulate import simulate
+from kankaku.railway.motion.run_curve import fastest_run
+from kankaku.railway.plan.dwell import DwellDelays, Overstay
+from kankaku.railway.plan.line import Block, Gradient, SpeedLimit
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.step.engine_contract import Observation
+from kankaku.railway.step.records import RunRecord
+from kankaku.railway.step.state import Reason
 from kankaku.sumo_net.build import build_native, sumo_binary
 from kankaku.sumo_net.native import NativeEngine, PeerError
 from kankaku.sumo_net.native_xml import STANDING_GAP_M
-
 from tests.ends_of_ways import joint_scenario, short_turn_scenario
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 

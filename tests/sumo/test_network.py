@@ -9,13 +9,13 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
-from kankaku.railway.line import Block, Gradient, Line
-from kankaku.railway.scenario import Scenario
+
+from kankaku.railway.plan.line import Block, Gradient, Line
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.sumo_net import names, plain_xml
 from kankaku.sumo_net.build import SumoFiles, build, network, sumo_binary
 from kankaku.sumo_net.drawing import EARTH_RADIUS_M, TRACK_SPACING_M, centre_line
 from kankaku.sumo_net.engine import SumoEngine
-
-from kankaku.sumo_net import names, plain_xml
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 
 READY_S = 25_200.0

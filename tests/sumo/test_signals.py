@@ -12,22 +12,22 @@ from xml.etree import ElementTree as ET
 import libsumo
 import numpy as np
 import pytest
+
+from kankaku import controllers
 from kankaku.railway.arrays import BoolArray
-from kankaku.railway.detection import Detection
-from kankaku.railway.dwell import DwellDelays, Overstay
-from kankaku.railway.engine import Engine, Observation
-from kankaku.railway.line import Block, Section, SpeedLimit, Track, Turnout
-from kankaku.railway.loop import simulate
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import ControllerSpec, Scenario
-from kankaku.railway.timetable import Call, Service
-from kankaku.railway.world import World
+from kankaku.railway.loop.simulate import simulate
+from kankaku.railway.plan.dwell import DwellDelays, Overstay
+from kankaku.railway.plan.line import Block, Section, SpeedLimit, Track, Turnout
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.plan.timetable import Call, Service
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.engine_contract import Engine, Observation
+from kankaku.railway.step.records import RunRecord
+from kankaku.railway.wayside.detection import Detection
+from kankaku.sumo_net import engine as engine_module
 from kankaku.sumo_net.build import IGNORE_SIGNALS, SumoFiles, build
 from kankaku.sumo_net.engine import SumoEngine, disarm
 from kankaku.sumo_net.signals import block_of_lane, shown_network
-
-from kankaku import controllers
-from kankaku.sumo_net import engine as engine_module
 from tests.worlds import (
     blocks_every,
     make_scenario,

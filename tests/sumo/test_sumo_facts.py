@@ -9,10 +9,10 @@ from typing import Any, TypeAlias
 import libsumo
 import numpy as np
 import pytest
-from kankaku.railway.scenario import Scenario
+
+from kankaku.railway.plan.scenario import Scenario
 from kankaku.sumo_net.build import SumoFiles, build
 from kankaku.sumo_net.engine import disarm
-
 from tests.worlds import two_station_scenario, world_of
 
 READY_S = 25_200.0

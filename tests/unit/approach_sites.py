@@ -5,12 +5,12 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+
 from kankaku.controllers.operation.approach_plan import ApproachPoint, Site, approach_point
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.line import Gradient, Line, SpeedLimit
-from kankaku.railway.profile import build_profile
-from kankaku.railway.rolling_stock import RunningResistance, Traction, TrainType
-
+from kankaku.railway.plan.line import Gradient, Line, SpeedLimit
+from kankaku.railway.plan.profile import build_profile
+from kankaku.railway.plan.rolling_stock import RunningResistance, Traction, TrainType
 from tests.worlds import commuter_train, straight_line
 
 GRAVITY = 9.80665

@@ -4,8 +4,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.network import Cells, RadioSystem
+from kankaku.railway.radio.cells import Cells, RadioSystem
 
 CENTRAL = RadioSystem(
     name="central",

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+
 from kankaku.analysis.delay import (
     primary_delay_s,
     propagation,
@@ -16,8 +17,7 @@ from kankaku.analysis.headway import departure_arrival_intervals
 from kankaku.analysis.interstation import stop_totals
 from kankaku.analysis.summary import summary_frame
 from kankaku.analysis.tables import RunTables, run_tables
-from kankaku.railway.run_curve import fastest_run
-
+from kankaku.railway.motion.run_curve import fastest_run
 from tests.records import (
     READY_S,
     make_record,

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+
 from kankaku.analysis.compare import comparison
 from kankaku.analysis.publishing import PUBLISHED_FILES, publish
 from kankaku.analysis.results import read_results, run_folder
@@ -24,9 +25,8 @@ from kankaku.analysis.sweep import (
 )
 from kankaku.analysis.tables import RunTables, run_tables, write_run
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.records import Unfinished, Violation
-from kankaku.railway.scenario import Published, Scenario, Sweep
-
+from kankaku.railway.plan.scenario import Published, Scenario, Sweep
+from kankaku.railway.step.records import Unfinished, Violation
 from tests.records import READY_S, make_record, punctual, run_times_s, three_station_world
 from tests.worlds import make_scenario
 

@@ -5,16 +5,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from kankaku.analysis.figures import colour, write_figure
-from kankaku.analysis.interval_diagram import interval_figure
-from kankaku.analysis.speed_distance import Curve, Panel, follower_panels, speed_distance_figure
-from kankaku.analysis.sweep import SweepTables, sweep_frame
-from kankaku.railway.scenario import Sweep
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 
+from kankaku.analysis.figures import colour, write_figure
+from kankaku.analysis.interval_diagram import interval_figure
+from kankaku.analysis.speed_distance import Curve, Panel, follower_panels, speed_distance_figure
+from kankaku.analysis.sweep import SweepTables, sweep_frame
+from kankaku.railway.plan.scenario import Sweep
 from tests.records import STOPS_M, three_station_world
 from tests.unit.test_analysis_sweep import DELAYS_S, SWEEP, at_least, frame, swept_run
 

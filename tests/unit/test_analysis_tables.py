@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+
 from kankaku.analysis.compare import (
     INDICATORS,
     change_pct,
@@ -21,11 +22,10 @@ from kankaku.analysis.results import COLUMNS, columns_frame, read_results, run_f
 from kankaku.analysis.schema import csv_text, read_csv, typed_frame
 from kankaku.analysis.summary import SUMMARY, summary_frame
 from kankaku.analysis.tables import REASONS, RunTables, run_tables, write_run
-from kankaku.railway.obstructions import Cause, Obstruction
-from kankaku.railway.records import RAW_TABLES, Column, Unfinished, Violation
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.state import Reason
-
+from kankaku.railway.plan.disruptions import Cause, Obstruction
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.step.records import RAW_TABLES, Column, Unfinished, Violation
+from kankaku.railway.step.state import Reason
 from tests.records import (
     READY_S,
     Stand,

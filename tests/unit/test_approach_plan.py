@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
+
 from kankaku.controllers.operation.approach_plan import (
     approach_point,
     pattern_front_m,
     pattern_m2ps2,
 )
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.line import Gradient, Line
-from kankaku.railway.run_curve import fastest_run
-
+from kankaku.railway.motion.run_curve import fastest_run
+from kankaku.railway.plan.line import Gradient, Line
 from tests.property.dense_run import dense_run
 from tests.unit.approach_sites import (
     END_M,

@@ -6,19 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+
+from kankaku.controllers import ControllerError, build
 from kankaku.controllers.operation import approach_point as rules
 from kankaku.controllers.operation.approach_plan import ApproachPoint, Site, approach_point
 from kankaku.controllers.operation.approach_point import Plans
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.control import Controller, Drive, Operation
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import ControllerSpec, Option, Scenario
-from kankaku.railway.state import NO_REASON, Advice, Authority, LineState
-from kankaku.railway.timetable import Timetable
-from kankaku.railway.world import World
-
-from kankaku.controllers import ControllerError, build
+from kankaku.railway.plan.scenario import ControllerSpec, Option, Scenario
+from kankaku.railway.plan.timetable import Timetable
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Controller, Drive, Operation
+from kankaku.railway.step.records import RunRecord
+from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
 from tests.property.runs import Observed, loop_station_scenario, run
 from tests.worlds import commuter_train, two_station_scenario, world_of
 

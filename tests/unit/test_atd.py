@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from kankaku.controllers.drive import TractionDrive
 from kankaku.controllers.options import OptionError
 from kankaku.controllers.protection.atd import Atd, AtdOptions
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.state import NO_REASON, Advice
-from kankaku.railway.world import World
-
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.state import NO_REASON, Advice
 from tests.states import behind
 from tests.worlds import two_station_scenario, world_of
 

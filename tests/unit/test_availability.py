@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from kankaku.railway.availability import (
+
+from kankaku.railway.failures.availability import (
     YEAR_S,
     Configuration,
     DeviceGroup,

@@ -7,9 +7,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from kankaku.railway.arrays import BoolArray
-from kankaku.railway.control_map import Bands, Layers, free_to_m, layers_of, overlaps_m, ways_of
 
+from kankaku.railway.arrays import BoolArray
+from kankaku.railway.safety.band_exclusion import (
+    Bands,
+    Layers,
+    free_to_m,
+    layers_of,
+    overlaps_m,
+    ways_of,
+)
 from tests.property.runs import loop_station_scenario
 from tests.worlds import world_of
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.buffers import Buffers
-from kankaku.railway.profile import NO_BUFFERS
 
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.plan.buffers import Buffers
+from kankaku.railway.plan.profile import NO_BUFFERS
 from tests.property.dense_run import Radio
 from tests.worlds import straight_line
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from kankaku.analysis.capacity import (
     BLOCKING_TIMES,
     CAPACITY,
@@ -22,8 +23,7 @@ from kankaku.analysis.capacity_diagram import MARKERS, TARGETS, capacity_figure
 from kankaku.analysis.capacity_stairway import MOST_PANELS, stairway_figure
 from kankaku.analysis.figures import colour, write_figure
 from kankaku.analysis.results import stations_frame
-from kankaku.railway.headway import Headway
-
+from kankaku.railway.capacity.blocking_time import Headway
 from kankaku.studies import study
 from kankaku.studies.capacity_study import assess_by_theory
 from kankaku.studies.two_trains import least_free, two_trains

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from kankaku.scenarios.texts import clock, number, printable, shown
 
 from kankaku.scenarios import Fault, ScenarioError, load
+from kankaku.scenarios.texts import clock, number, printable, shown
 from tests.unit.scenario_folder import FILES, replace, write_scenario
 
 

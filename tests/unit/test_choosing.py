@@ -3,10 +3,10 @@
 from typing import cast
 
 import pytest
-from kankaku.controllers.choosing import changed_options, named, with_settings
-from kankaku.railway.scenario import ControllerSpec
 
 from kankaku.controllers import OPERATIONS, PROTECTIONS, ControllerError, Layer, options_of
+from kankaku.controllers.choosing import changed_options, named, with_settings
+from kankaku.railway.plan.scenario import ControllerSpec
 
 PLAIN = ControllerSpec("plain", "moving_block", "two_stage", {"margin_m": 10.0}, {})
 DOTTED = ControllerSpec("plain.b", "multi_step_atc", "eco", {}, {})

@@ -6,16 +6,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kankaku.controllers.protection.control_map import ControlMap, ControlMapOptions, Memory
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.faults import Fault
-from kankaku.railway.obstructions import Cause, Closure, Disruptions
-from kankaku.railway.radio import LOSSLESS, Outage, RadioSpec
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import ControllerSpec, Option, Scenario
-from kankaku.railway.state import Authority, LineState, Reason
 
 from kankaku.controllers import build
+from kankaku.controllers.protection.control_map import ControlMap, ControlMapOptions, Memory
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.failures.unit_failures import Fault
+from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
+from kankaku.railway.plan.scenario import ControllerSpec, Option, Scenario
+from kankaku.railway.radio.data_link import LOSSLESS, Outage, RadioSpec
+from kankaku.railway.step.records import RunRecord
+from kankaku.railway.step.state import Authority, LineState, Reason
 from tests.property.runs import READY_S, Observed, loop_station_scenario, run
 from tests.worlds import two_station_scenario, world_of
 

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.detection import Detection, Occupancy
-from kankaku.railway.line import Block, Line
-from kankaku.railway.world import World
 
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.plan.line import Block, Line
+from kankaku.railway.plan.world import World
+from kankaku.railway.wayside.detection import Detection, Occupancy
 from tests.worlds import blocks_every, merge_scenario, two_station_scenario, world_of
 
 LENGTH_M = 200.0

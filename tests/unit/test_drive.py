@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from kankaku.controllers.drive import TractionDrive
-from kankaku.railway.control import Bound
-from kankaku.railway.obstructions import unobstructed
-from kankaku.railway.state import NOTHING, Advice, Authority, Events, LineState, Link
-from kankaku.railway.world import World
 
+from kankaku.controllers.drive import TractionDrive
+from kankaku.railway.plan.disruptions import unobstructed
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Bound
+from kankaku.railway.step.state import NOTHING, Advice, Authority, Events, LineState, Link
 from tests.worlds import two_station_scenario, world_of
 
 STEP_S = 0.5

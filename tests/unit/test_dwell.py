@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from kankaku.railway.dwell import DwellDelays, Overstay
-from kankaku.railway.timetable import Call, Service, Timetable
 from scipy.stats import spearmanr
+
+from kankaku.railway.plan.dwell import DwellDelays, Overstay
+from kankaku.railway.plan.timetable import Call, Service, Timetable
 
 STATIONS = ("a", "b", "c", "d")
 MEASURED = DwellDelays((0.0, 0.5, 0.9, 1.0), (0.0, 4.0, 20.0, 60.0))

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+
 from kankaku.controllers.operation import eco as operation
 from kankaku.controllers.operation.eco import EcoOptions
 from kankaku.controllers.options import OptionError
-from kankaku.railway.eco_run import eco, eco_run
-from kankaku.railway.line import Gradient, SpeedLimit
-from kankaku.railway.records import RunRecord
-from kankaku.railway.run_curve import fastest_run, timed_run
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.state import Reason
-
+from kankaku.railway.motion.eco_run import eco, eco_run
+from kankaku.railway.motion.run_curve import fastest_run, timed_run
+from kankaku.railway.plan.line import Gradient, SpeedLimit
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.step.records import RunRecord
+from kankaku.railway.step.state import Reason
 from tests.property.runs import run, solo_scenario
 from tests.worlds import commuter_train, two_station_scenario
 

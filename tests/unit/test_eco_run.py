@@ -6,8 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from kankaku.railway.eco_run import EcoRun, eco, eco_run, net_energy_j
-from kankaku.railway.extremal import (
+from scipy.optimize import brentq
+
+from kankaku.railway.motion.eco_run import EcoRun, eco, eco_run, net_energy_j
+from kankaku.railway.motion.extremal import (
     BRAKING,
     COASTING,
     ELECTRIC,
@@ -15,13 +17,11 @@ from kankaku.railway.extremal import (
     SPEEDING_UP,
     holding_speed_mps,
 )
-from kankaku.railway.line import Gradient, SpeedLimit
-from kankaku.railway.profile import build_profile
-from kankaku.railway.rolling_stock import RunningResistance, Traction, TrainType
-from kankaku.railway.run_curve import RunTimeError, StallError, fastest
-from kankaku.railway.way import Way, way_on
-from scipy.optimize import brentq
-
+from kankaku.railway.motion.path import Way, way_on
+from kankaku.railway.motion.run_curve import RunTimeError, StallError, fastest
+from kankaku.railway.plan.line import Gradient, SpeedLimit
+from kankaku.railway.plan.profile import build_profile
+from kankaku.railway.plan.rolling_stock import RunningResistance, Traction, TrainType
 from tests.worlds import commuter_train, straight_line
 
 STOP_M = 1500.0

@@ -5,17 +5,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kankaku.railway.compression import least_shifts_s
-from kankaku.railway.control_map import layers_of
-from kankaku.railway.detection import Detection
-from kankaku.railway.journey import booked_journey
-from kankaku.railway.line import Crossing
-from kankaku.railway.obstructions import Cause, Closure, Disruptions
-from kankaku.railway.state import Events
-from kankaku.railway.timetable import Timetable
-from kankaku.railway.wayside import Wayside
-from kankaku.railway.world import World
 
+from kankaku.railway.capacity.compression import least_shifts_s
+from kankaku.railway.motion.journey import booked_journey
+from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
+from kankaku.railway.plan.line import Crossing
+from kankaku.railway.plan.timetable import Timetable
+from kankaku.railway.plan.world import World
+from kankaku.railway.safety.band_exclusion import layers_of
+from kankaku.railway.step.state import Events
+from kankaku.railway.wayside.detection import Detection
+from kankaku.railway.wayside.signalling import Wayside
 from tests.ends_of_ways import joint_scenario, short_turn_scenario
 from tests.property.runs import controller_of, loop_station_scenario, run
 from tests.worlds import world_of

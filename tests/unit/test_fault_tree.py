@@ -5,7 +5,8 @@ from itertools import product
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from kankaku.railway.fault_tree import (
+
+from kankaku.railway.failures.fault_tree import (
     Event,
     FaultTree,
     FaultTreeError,

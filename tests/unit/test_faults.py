@@ -6,18 +6,26 @@ from typing import Any
 
 import numpy as np
 import pytest
+
+from kankaku.controllers import build
 from kankaku.controllers.control_map.measuring import RATIO, Notice
 from kankaku.controllers.control_map.wrong_maps import WrongMaps
 from kankaku.controllers.protection.control_map import ControlMap, ControlMapOptions, Memory
-from kankaku.railway.faults import CENTRE, KIND_OF, VARIANTS, Fault, FaultKind, Units, Variant
-from kankaku.railway.obstructions import Cause, Closure, Disruptions
-from kankaku.railway.radio import LOSSLESS
-from kankaku.railway.random_faults import DURATION_S, SIZE, WHEEL_S, draw_fault
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import ControllerSpec, Scenario
-from kankaku.railway.state import Authority, LineState, Reason
-
-from kankaku.controllers import build
+from kankaku.railway.failures.random_failures import DURATION_S, SIZE, WHEEL_S, draw_fault
+from kankaku.railway.failures.unit_failures import (
+    CENTRE,
+    KIND_OF,
+    VARIANTS,
+    Fault,
+    FaultKind,
+    Units,
+    Variant,
+)
+from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.radio.data_link import LOSSLESS
+from kankaku.railway.step.records import RunRecord
+from kankaku.railway.step.state import Authority, LineState, Reason
 from tests.property.runs import READY_S, Observed, loop_station_scenario, run
 from tests.worlds import two_station_scenario, world_of
 

@@ -4,11 +4,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from kankaku.railway.feasibility import RESERVE_MPS2, Assessment, Lack, Shortfall, assess
-from kankaku.railway.line import Curve, Gradient
-from kankaku.railway.rolling_stock import Traction, TrainType
-from kankaku.railway.scenario import ControllerSpec, Scenario
 
+from kankaku.railway.motion.feasibility import RESERVE_MPS2, Assessment, Lack, Shortfall, assess
+from kankaku.railway.plan.line import Curve, Gradient
+from kankaku.railway.plan.rolling_stock import Traction, TrainType
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.scenarios import ScenarioError, load
 from kankaku.studies import study
 from tests.cli.command import PROJECT, kankaku, refused

@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from kankaku.railway.line import Section, Track, Turnout
-from kankaku.railway.obstructions import Cause, Closure, Disruptions
-from kankaku.railway.radio import LOSSLESS, Outage, RadioSpec
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.timetable import Call, Service
 
+from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
+from kankaku.railway.plan.line import Section, Track, Turnout
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.plan.timetable import Call, Service
+from kankaku.railway.radio.data_link import LOSSLESS, Outage, RadioSpec
+from kankaku.railway.step.records import RunRecord
 from tests.property.runs import READY_S, Observed, controller_of, loop_station_scenario, run
 from tests.unit.test_control_map import on_map
 from tests.unit.test_over_radio import Written

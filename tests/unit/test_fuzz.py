@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import pytest
-from kankaku.railway.randomness import stream
 
+from kankaku.railway.randomness import stream
 from kankaku.scenarios import load
 from tools.fuzz import BAD, Answer, Plan, examine
 from tools.small_lines import small_line

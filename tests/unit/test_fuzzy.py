@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from kankaku.controllers.protection.fuzzy import degrees, infer, rule_base
 
 PEAKS = (-2.0, -0.5, 0.0, 0.5, 2.0)

@@ -7,23 +7,29 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+
+from kankaku import controllers
 from kankaku.controllers.protection.multi_step_atc import MultiStepAtc
-from kankaku.railway.compression import (
+from kankaku.railway.capacity.blocking_time import (
+    Given,
+    Way,
+    blocking_times_s,
+    leg_headway,
+    technical_headways,
+)
+from kankaku.railway.capacity.compression import (
     common_ways,
     compressed_shifts_s,
     least_shifts_s,
     occupation_s,
 )
-from kankaku.railway.control import Foresight
-from kankaku.railway.headway import Given, Way, blocking_times_s, leg_headway, technical_headways
-from kankaku.railway.journey import booked_journey, technical_journey
-from kankaku.railway.line import Line, SpeedLimit
-from kankaku.railway.rolling_stock import RunningResistance, Traction, TrainType
-from kankaku.railway.scenario import ControllerSpec
-from kankaku.railway.timetable import Call, Service, Timetable
-from kankaku.railway.world import World, build_world
-
-from kankaku import controllers
+from kankaku.railway.motion.journey import booked_journey, technical_journey
+from kankaku.railway.plan.line import Line, SpeedLimit
+from kankaku.railway.plan.rolling_stock import RunningResistance, Traction, TrainType
+from kankaku.railway.plan.scenario import ControllerSpec
+from kankaku.railway.plan.timetable import Call, Service, Timetable
+from kankaku.railway.plan.world import World, build_world
+from kankaku.railway.step.control import Foresight
 from kankaku.scenarios import load
 from tests.worlds import commuter_train, straight_line
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.leaders import Leaders
-from kankaku.railway.world import World
 
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.plan.world import World
+from kankaku.railway.wayside.leaders import Leaders
 from tests.ends_of_ways import short_turn_scenario
 from tests.property.runs import loop_station_scenario, run
 from tests.worlds import merge_scenario, two_station_scenario, world_of

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pandas as pd
-from kankaku.analysis.loss_diagram import loss_figure
 
+from kankaku.analysis.loss_diagram import loss_figure
 from tools.losses import emergency_brakings
 
 

@@ -5,17 +5,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kankaku.controllers.drive import TractionDrive
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.control import Command, Controller, Drive, Protection, Separation
-from kankaku.railway.line import Crossing, Gradient, SpeedLimit
-from kankaku.railway.obstructions import Cause, Closure, Disruptions
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import ControllerSpec, Scenario
-from kankaku.railway.state import Advice, Authority, LineState
-from kankaku.railway.world import World
 
 from kankaku.controllers import build
+from kankaku.controllers.drive import TractionDrive
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
+from kankaku.railway.plan.line import Crossing, Gradient, SpeedLimit
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Command, Controller, Drive, Protection, Separation
+from kankaku.railway.step.records import RunRecord
+from kankaku.railway.step.state import Advice, Authority, LineState
 from tests.property.runs import Observed, controller_of, run
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+
+from kankaku.controllers import PROTECTIONS, ControllerError, build
 from kankaku.controllers.drive import TractionDrive
 from kankaku.controllers.options import OptionError
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
-from kankaku.railway.line import SpeedLimit
-from kankaku.railway.scenario import ControllerSpec
-from kankaku.railway.state import NO_REASON, Advice, LineState
-from kankaku.railway.world import World
-
-from kankaku.controllers import PROTECTIONS, ControllerError, build
+from kankaku.railway.plan.line import SpeedLimit
+from kankaku.railway.plan.scenario import ControllerSpec
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.state import NO_REASON, Advice, LineState
 from tests.property.dense_run import Radio
 from tests.property.runs import random_limits
 from tests.states import behind

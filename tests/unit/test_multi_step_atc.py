@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from kankaku.controllers.options import OptionError
-from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions, Shown
-from kankaku.railway.line import Gradient, SpeedLimit
-from kankaku.railway.scenario import ControllerSpec
-from kankaku.railway.world import World
 
 from kankaku.controllers import ControllerError, build
+from kankaku.controllers.options import OptionError
+from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions, Shown
+from kankaku.railway.plan.line import Gradient, SpeedLimit
+from kankaku.railway.plan.scenario import ControllerSpec
+from kankaku.railway.plan.world import World
 from tests.property.runs import loop_station_scenario
 from tests.states import behind
 from tests.worlds import blocks_every, two_station_scenario, world_of

@@ -4,6 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
+
+from kankaku.analysis import read_results
 from kankaku.analysis.figures import style, write_figure
 from kankaku.analysis.report import markdown
 from kankaku.analysis.results import RESULT_FILES, read_provenance, run_folder
@@ -11,10 +14,7 @@ from kankaku.analysis.saved_run import SavedRunError, read_saved_run
 from kankaku.analysis.schema import csv_text, read_csv, typed_frame, write_whole
 from kankaku.analysis.summary import SUMMARY
 from kankaku.railway.places import name_problem
-from kankaku.railway.records import Column
-from matplotlib.figure import Figure
-
-from kankaku.analysis import read_results
+from kankaku.railway.step.records import Column
 
 NAMES = ["=1+1", "+1", "-1", "@SUM(1)", "'quoted", "Plain", "$\\frac{", "a|b", ""]
 COLUMN = (Column("name", "str", "", "name"),)

@@ -7,9 +7,9 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
-from kankaku.railway.line import Block, Line, SpeedLimit
-from kankaku.railway.scenario import Scenario
 
+from kankaku.railway.plan.line import Block, Line, SpeedLimit
+from kankaku.railway.plan.scenario import Scenario
 from kankaku.sumo_net import names, native_xml, plain_xml
 from tests.worlds import commuter_train, merge_scenario, two_station_scenario
 

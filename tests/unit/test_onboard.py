@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+
 from kankaku.controllers.control_map.onboard import CREEP_MPS, HEADROOM_MPS, keep_bands
 
 STEP_S, MOMENT_S = 0.1, 0.5

@@ -5,15 +5,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+
+from kankaku.controllers import ControllerError, build
 from kankaku.controllers.protection.ceiling import LineCeiling
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from kankaku.controllers.protection.over_radio import HORIZON_S, OnAir, OverRadio
-from kankaku.railway.radio import LOSSLESS, Outage, Radio, RadioSpec
-from kankaku.railway.scenario import ControllerSpec, Scenario
-from kankaku.railway.state import Authority, LineState, Reason
-from kankaku.railway.world import World
-
-from kankaku.controllers import ControllerError, build
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.plan.world import World
+from kankaku.railway.radio.data_link import LOSSLESS, Outage, Radio, RadioSpec
+from kankaku.railway.step.state import Authority, LineState, Reason
 from tests.property.runs import READY_S, controller_of, run
 from tests.states import behind
 from tests.worlds import merge_scenario, two_station_scenario, world_of

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 
 import pytest
-from kankaku.railway.pattern import BusiestHour, busiest_hour, peak_pattern, total_dwell_s
-from kankaku.railway.timetable import Call, Service, Timetable
+
+from kankaku.railway.plan.pattern import BusiestHour, busiest_hour, peak_pattern, total_dwell_s
+from kankaku.railway.plan.timetable import Call, Service, Timetable
 
 HOUR_S = 3600.0
 PLACES = {"west": ("w", 0.0), "mid": ("m", 2000.0), "east": ("e", 4000.0)}

@@ -7,14 +7,14 @@ from typing import cast
 
 import numpy as np
 import pytest
-from kankaku.railway.control import Foresight
-from kankaku.railway.journey import Journey, booked_journey, technical_journey
-from kankaku.railway.line import Block, Line
-from kankaku.railway.permitted import permitted_profile
-from kankaku.railway.scenario import ControllerSpec, Option
-from kankaku.railway.world import World
 
 from kankaku import controllers
+from kankaku.railway.capacity.permitted import permitted_profile
+from kankaku.railway.motion.journey import Journey, booked_journey, technical_journey
+from kankaku.railway.plan.line import Block, Line
+from kankaku.railway.plan.scenario import ControllerSpec, Option
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Foresight
 from tests.unit.test_headway import (
     ACCELERATION_MPS2,
     BRAKE_MPS2,

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+
 from kankaku.controllers.operation.approach_plan import ApproachPoint, Site, plan_passing
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.rolling_stock import TrainType
-from kankaku.railway.run_curve import RunCurve, fastest_run
-
+from kankaku.railway.motion.run_curve import RunCurve, fastest_run
+from kankaku.railway.plan.rolling_stock import TrainType
 from tests.property.dense_run import dense_run
 from tests.unit.approach_sites import (
     EXACT_S,

@@ -5,19 +5,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+
+from kankaku.controllers import build
 from kankaku.controllers.control_map.planner import Plan
 from kankaku.controllers.control_map.wrong_maps import WrongMaps
 from kankaku.controllers.protection import control_map
 from kankaku.controllers.protection.control_map import ControlMap, ControlMapOptions, Memory
 from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.faults import Fault, Variant
-from kankaku.railway.obstructions import Cause, Closure, Disruptions
-from kankaku.railway.radio import LOSSLESS, Outage, RadioSpec
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.state import Authority, LineState
-
-from kankaku.controllers import build
+from kankaku.railway.failures.unit_failures import Fault, Variant
+from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.radio.data_link import LOSSLESS, Outage, RadioSpec
+from kankaku.railway.step.records import RunRecord
+from kankaku.railway.step.state import Authority, LineState
 from tests.property.runs import READY_S, run
 from tests.unit.test_faults import SPEC, failing, two_trains
 from tests.worlds import world_of

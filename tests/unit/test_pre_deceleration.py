@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from kankaku.controllers.operation.pre_deceleration import Approach, Slowing, slow_down
-from kankaku.railway.rolling_stock import RunningResistance, Traction
-from kankaku.railway.run_up import RunUp
 
+from kankaku.controllers.operation.pre_deceleration import Approach, Slowing, slow_down
+from kankaku.railway.motion.run_up import RunUp
+from kankaku.railway.plan.rolling_stock import RunningResistance, Traction
 from tests.worlds import commuter_train
 
 A, B = 0.9, 1.0

@@ -6,16 +6,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.control import Command, Controller, Drive, Protection
-from kankaku.railway.line import Crossing
-from kankaku.railway.promises import Promises
-from kankaku.railway.radio import LOSSLESS, Outage, RadioSpec
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import ControllerSpec, Scenario
-from kankaku.railway.state import Advice, Authority, LineState
 
 from kankaku.controllers import build
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.plan.line import Crossing
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.radio.data_link import LOSSLESS, Outage, RadioSpec
+from kankaku.railway.step.control import Command, Controller, Drive, Protection
+from kankaku.railway.step.promises import Promises
+from kankaku.railway.step.records import RunRecord
+from kankaku.railway.step.state import Advice, Authority, LineState
 from tests.property.runs import READY_S, run
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 

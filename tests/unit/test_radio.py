@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from kankaku.railway.arrays import BoolArray
-from kankaku.railway.radio import Outage, Radio, RadioSpec, RadioState
-from kankaku.railway.world import World
 
+from kankaku.railway.arrays import BoolArray
+from kankaku.railway.plan.world import World
+from kankaku.railway.radio.data_link import Outage, Radio, RadioSpec, RadioState
 from tests.property.runs import READY_S
 from tests.worlds import two_station_scenario, world_of
 

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from kankaku.railway.line import Line
-from kankaku.railway.network import Link, RadioPlan
 
+from kankaku.railway.plan.line import Line
+from kankaku.railway.radio.cells import Link, RadioPlan
 from kankaku.scenarios import (
     ScenarioError,
     load,

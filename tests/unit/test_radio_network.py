@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from kankaku.railway.network import Cells, fragments_bytes
 
+from kankaku.railway.radio.cells import Cells, fragments_bytes
 from tests.unit.radio_systems import CENTRAL, CONVENTIONAL, changed
 
 

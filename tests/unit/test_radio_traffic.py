@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from kankaku.railway.network import Cells, Link, RadioSystem, fragments_bytes
-from kankaku.railway.traffic import busy_shares
 
+from kankaku.railway.radio.cells import Cells, Link, RadioSystem, fragments_bytes
+from kankaku.railway.radio.traffic import busy_shares
 from kankaku.telecom import simulate
 from tests.unit.radio_systems import CENTRAL, CONVENTIONAL, ONE_CELL, changed, standing
 

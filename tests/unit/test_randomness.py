@@ -1,6 +1,7 @@
 """Random streams are keyed."""
 
 import numpy as np
+
 from kankaku.railway.randomness import stream
 
 

@@ -7,18 +7,18 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from kankaku.analysis.tables import run_tables
-from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.control import Controller
-from kankaku.railway.line import Crossing, SpeedLimit
-from kankaku.railway.obstructions import Cause, Closure, Disruptions, Obstacle
-from kankaku.railway.radio import LOSSLESS, Outage
-from kankaku.railway.reasons import ReasonError
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import ControllerSpec, Option, Scenario
-from kankaku.railway.state import NO_REASON, Advice, Authority, LineState
 
+from kankaku.analysis.tables import run_tables
 from kankaku.controllers import build
+from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, Obstacle
+from kankaku.railway.plan.line import Crossing, SpeedLimit
+from kankaku.railway.plan.scenario import ControllerSpec, Option, Scenario
+from kankaku.railway.radio.data_link import LOSSLESS, Outage
+from kankaku.railway.step.control import Controller
+from kankaku.railway.step.reasons import ReasonError
+from kankaku.railway.step.records import RunRecord
+from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
 from tests.property.runs import READY_S, loop_station_scenario, run
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 

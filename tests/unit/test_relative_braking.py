@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+
 from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
 from kankaku.railway.arrays import GRAVITY_MPS2
-from kankaku.railway.line import Gradient
-
+from kankaku.railway.plan.line import Gradient
 from tests.states import behind
 from tests.worlds import two_station_scenario, world_of
 

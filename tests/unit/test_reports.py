@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from kankaku.controllers.reports import emergency, no_reports, radio_of, take_reports
-from kankaku.railway.radio import Radio, RadioSpec
-from kankaku.railway.state import LineState
 
+from kankaku.controllers.reports import emergency, no_reports, radio_of, take_reports
+from kankaku.railway.radio.data_link import Radio, RadioSpec
+from kankaku.railway.step.state import LineState
 from tests.states import behind
 from tests.worlds import two_station_scenario, world_of
 

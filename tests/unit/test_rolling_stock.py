@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from kankaku.railway.rolling_stock import Traction, handbook_resistance
 
+from kankaku.railway.plan.rolling_stock import Traction, handbook_resistance
 from tests.worlds import commuter_train
 
 KGF_N = 9.80665

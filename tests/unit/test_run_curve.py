@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.buffers import Buffers
-from kankaku.railway.line import Curve, Gradient, Line, Section, SpeedLimit, Track
-from kankaku.railway.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance
-from kankaku.railway.run_curve import RunCurve, RunTimeError, fastest_run, timed_run
 from scipy.integrate import cumulative_trapezoid, quad, solve_ivp
 from scipy.optimize import brentq
 
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.motion.run_curve import RunCurve, RunTimeError, fastest_run, timed_run
+from kankaku.railway.plan.buffers import Buffers
+from kankaku.railway.plan.line import Curve, Gradient, Line, Section, SpeedLimit, Track
+from kankaku.railway.plan.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance
 from tests.property.dense_run import Radio, dense_run, inertial_kg, pull_n, rolling_n
 
 GRAVITY = 9.80665

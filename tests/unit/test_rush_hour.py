@@ -8,7 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kankaku.railway.scenario import Scenario
+from scipy.stats import spearmanr
+
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.scenarios import load
 from kankaku.scenarios.public_timetable import Source, read_source
 from kankaku.scenarios.reconstruct import (
     PLATFORM_INTERVAL_S,
@@ -16,9 +19,6 @@ from kankaku.scenarios.reconstruct import (
     fastest_run_times,
     reconstruct,
 )
-from scipy.stats import spearmanr
-
-from kankaku.scenarios import load
 
 PROJECT = Path(__file__).parents[2]
 FOLDER = PROJECT / "scenarios" / "rush_hour"

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kankaku.railway.dwell import DwellDelays, Overstay
-from kankaku.railway.loop import simulate
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.world import build_world
 
 from kankaku.controllers import build
+from kankaku.railway.loop.simulate import simulate
+from kankaku.railway.plan.dwell import DwellDelays, Overstay
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.plan.world import build_world
+from kankaku.railway.step.records import RunRecord
 from kankaku.scenarios import load
 from tests.toy_engine import ToyEngine
 

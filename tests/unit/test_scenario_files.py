@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kankaku.railway.dwell import Overstay
-from kankaku.railway.line import SpeedLimit
 
+from kankaku.railway.plan.dwell import Overstay
+from kankaku.railway.plan.line import SpeedLimit
 from kankaku.scenarios import Fault, ScenarioError, load
 from tests.unit.scenario_folder import FILES, replace, write_scenario
 

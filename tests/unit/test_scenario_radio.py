@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import pytest
-from kankaku.railway.radio import LOSSLESS, RadioSpec
 
+from kankaku.railway.radio.data_link import LOSSLESS, RadioSpec
 from kankaku.scenarios import ScenarioError, load
 from tests.unit.scenario_folder import replace, write_scenario
 

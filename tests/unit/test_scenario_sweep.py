@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kankaku.railway.scenario import Published, Sweep
 
+from kankaku.railway.plan.scenario import Published, Sweep
 from kankaku.scenarios import ScenarioError, load
 from tests.unit.scenario_folder import replace, write_scenario
 from tests.unit.sweep_folder import SWEEP, write_sweep

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kankaku.railway.line import Crossing
-from kankaku.railway.obstructions import (
+
+from kankaku.railway.plan.disruptions import (
     UNDISTURBED,
     Cause,
     Closure,
@@ -13,7 +13,7 @@ from kankaku.railway.obstructions import (
     Obstacle,
     PointsFailure,
 )
-
+from kankaku.railway.plan.line import Crossing
 from kankaku.scenarios import ScenarioError, load
 from tests.unit.scenario_folder import replace, write_scenario
 

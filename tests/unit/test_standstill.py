@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.recorder import StepBlock
-from kankaku.railway.standstill import StandstillWatch
-from kankaku.railway.world import World
 
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.loop.recorder import StepBlock
+from kankaku.railway.meters.standstill import StandstillWatch
+from kankaku.railway.plan.world import World
 from tests.property.runs import run
 from tests.worlds import two_station_scenario, world_of
 

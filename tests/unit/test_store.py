@@ -7,18 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kankaku.controllers.protection.moving_block import Ahead, MovingBlock, MovingBlockOptions
-from kankaku.railway.state import Authority, LineState
-from kankaku.sumo_net.engine import SumoEngine
 from matplotlib.figure import Figure
 
 from kankaku import controllers
 from kankaku.analysis import publishing, read_results
 from kankaku.controllers import Layer
+from kankaku.controllers.protection.moving_block import Ahead, MovingBlock, MovingBlockOptions
+from kankaku.railway.step.state import Authority, LineState
 from kankaku.store import run_store
 from kankaku.store.fingerprint import content_sha256
 from kankaku.store.holding import held
 from kankaku.studies import study
+from kankaku.sumo_net.engine import SumoEngine
 from tests.cli.command import (
     BAD_INPUT,
     FAILED,

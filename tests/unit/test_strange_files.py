@@ -4,9 +4,9 @@ import os
 from pathlib import Path
 
 import pytest
-from kankaku.scenarios.raw import UnreadableError, read_whole
 
 from kankaku.scenarios import Fault, ScenarioError, load, load_fault_tree
+from kankaku.scenarios.raw import UnreadableError, read_whole
 from tests.unit.scenario_folder import FILES, replace, write_scenario
 
 

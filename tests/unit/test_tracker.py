@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from kankaku.railway.engine import Observation
-from kankaku.railway.tracker import Tracker
-from kankaku.railway.world import World
 
+from kankaku.railway.loop.tracker import Tracker
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.engine_contract import Observation
 from tests.ends_of_ways import short_turn_scenario
 from tests.property.runs import run
 from tests.worlds import merge_scenario, two_station_scenario, world_of

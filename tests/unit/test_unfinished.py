@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from kankaku.railway.line import Crossing, Gradient
-from kankaku.railway.obstructions import Cause, Closure, Disruptions, WaysideState
-from kankaku.railway.records import Unfinished
-from kankaku.railway.rolling_stock import Traction
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.state import NOTHING, Authority, LineState
-from kankaku.railway.unfinished import Ending, unfinished
-from kankaku.railway.world import World
 
+from kankaku.railway.loop.unfinished import Ending, unfinished
+from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, WaysideState
+from kankaku.railway.plan.line import Crossing, Gradient
+from kankaku.railway.plan.rolling_stock import Traction
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.records import Unfinished
+from kankaku.railway.step.state import NOTHING, Authority, LineState
 from tests.property.runs import run
 from tests.states import behind
 from tests.worlds import commuter_train, two_station_scenario, world_of

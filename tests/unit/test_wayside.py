@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from kankaku.railway.line import Crossing, Line
-from kankaku.railway.obstructions import (
+
+from kankaku.railway.plan.disruptions import (
     UNDISTURBED,
     Cause,
     Closure,
@@ -14,13 +14,13 @@ from kankaku.railway.obstructions import (
     Obstacle,
     PointsFailure,
 )
+from kankaku.railway.plan.line import Crossing, Line
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.plan.world import World
 from kankaku.railway.randomness import stream
-from kankaku.railway.records import RunRecord
-from kankaku.railway.scenario import Scenario
-from kankaku.railway.state import Events
-from kankaku.railway.wayside import RESERVE_M, RESERVE_S, Wayside
-from kankaku.railway.world import World
-
+from kankaku.railway.step.records import RunRecord
+from kankaku.railway.step.state import Events
+from kankaku.railway.wayside.signalling import RESERVE_M, RESERVE_S, Wayside
 from tests.property.runs import READY_S, Observed, loop_station_scenario, run
 from tests.states import behind
 from tests.worlds import merge_scenario, two_station_scenario, world_of

@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
-PROFILE = "railway/profile.py"
-LEADERS = "railway/leaders.py"
-TRACKSIDE = "railway/trackside.py"
+PROFILE = "railway/plan/profile.py"
+LEADERS = "railway/wayside/leaders.py"
+TRACKSIDE = "railway/wayside/trackside.py"
 DRIVE = "controllers/drive.py"
 MOVING_BLOCK = "controllers/protection/moving_block.py"
 OVER_RADIO = "controllers/protection/over_radio.py"
@@ -105,7 +105,7 @@ MUTANTS: tuple[Mutant, ...] = (
             f"circuit released by the front ({controller})",
             controller,
             (
-                "railway/detection.py",
+                "railway/wayside/detection.py",
                 f"circuits.end_m[place] > tail_m{TOUCHED}",
                 f"circuits.end_m[place] > front_m{TOUCHED}",
             ),
@@ -116,12 +116,12 @@ MUTANTS: tuple[Mutant, ...] = (
         "authority 2 s old",
         "moving",
         (
-            "railway/loop.py",
+            "railway/loop/simulate.py",
             "    steps, now_s, failure =",
             "    given = []\n    steps, now_s, failure =",
         ),
         (
-            "railway/loop.py",
+            "railway/loop/simulate.py",
             "authority, permitted = protection.authorise(state, permitted)",
             (
                 "authority, permitted = protection.authorise(state, permitted)\n"
@@ -144,7 +144,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "obstructions ignored",
         "moving",
         (
-            "railway/tracker.py",
+            "railway/loop/tracker.py",
             "np.minimum(granted_m, known.obstructed_m)",
             "np.minimum(granted_m, np.inf)",
         ),

@@ -1,0 +1,247 @@
+"""Records every step cheaply, and hands whole blocks of steps to those who examine them."""
+
+import operator
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Command, Controller
+from kankaku.railway.step.reasons import Reasons
+from kankaku.railway.step.records import Trajectory
+from kankaku.railway.step.state import Advice, Authority, LineState, Reason
+
+BLOCK_STEPS = 300
+DWELLING = int(Reason.DWELLING)
+
+
+class StepBlock(NamedTuple):
+    """
+    Consecutive steps of the trains that were on the line in any of them.
+
+    Arrays have shape (n_steps + 1, n_columns): the last row is the first of the next block,
+    so that every step has its state before and after.
+    """
+
+    rows: IntArray
+    """Train of each column. shape (n_columns,)"""
+    time_s: FloatArray
+    """Shape (n_steps + 1,). [s]"""
+    front_m: FloatArray
+    speed_mps: FloatArray
+    limit_m: FloatArray
+    """End of authority. [m]"""
+    delay_s: FloatArray
+    """By how much running the front counts as further ahead of it. [s]"""
+    next_call: IntArray
+    surprised: BoolArray
+    """A sudden obstruction may have come too near. shape (n_steps + 1, n_columns)"""
+    present: BoolArray
+    """The train is on the line before and after the step. shape (n_steps, n_columns)"""
+    moving: BoolArray
+    """Present and not held by a stop during the step. shape (n_steps, n_columns)"""
+    halting: BoolArray
+    """Moving, and held by a stop after the step. shape (n_steps, n_columns)"""
+    heard_s: FloatArray = np.zeros(0)
+    """When the commands were sent that the train has by radio; inf without a radio. [s]"""
+    emergency: BoolArray = np.zeros(0, dtype=np.bool_)
+    """Protection lets the train brake in emergency. shape (n_steps + 1, n_columns)"""
+
+
+class Examiner(Protocol):
+    """Whoever looks at every step."""
+
+    def add(self, block: StepBlock) -> None:
+        """Examine a block of steps."""
+        ...
+
+
+class Recorder:
+    """Keeps a block of states, and a sample of the trajectory every second."""
+
+    def __init__(
+        self,
+        world: World,
+        controller: Controller,
+        examiners: Sequence[Examiner],
+        places: tuple[str, ...] = (),
+    ) -> None:
+        self._reasons = Reasons(controller, world.size, len(places))
+        self._places = places
+        self._examiners = examiners
+        shape = (BLOCK_STEPS + 1, world.size)
+        self._time_s = np.empty(BLOCK_STEPS + 1)
+        self._front_m, self._speed_mps, self._limit_m, self._delay_s = np.empty((4, *shape))
+        self._heard_s = np.empty(shape)
+        self._without_radio_s = np.full(world.size, np.inf)
+        self._next_call = np.empty(shape, dtype=np.intp)
+        self._present, self._running, self._surprised = np.empty((3, *shape), dtype=np.bool_)
+        self._emergency = np.zeros(shape, dtype=np.bool_)
+        self._written = 0
+        self._filled = 0
+        self._lasting: tuple[FloatArray | IntArray | BoolArray, ...] = (np.zeros(0),) * 6
+        self._until_sample = 0
+        self._sample_every = max(1, round(1.0 / world.step_s))
+        self._sampled: list[int] = []
+        self._reasoned: list[IntArray] = []
+        self._samples: list[tuple[FloatArray | IntArray, ...]] = []
+        self.train_steps = 0
+
+    def write(
+        self, state: LineState, authority: Authority, advice: Advice, command: Command
+    ) -> None:
+        """
+        Record the start of a step.
+
+        Parameters
+        ----------
+        state
+            The line.
+        authority
+            What protection permits.
+        advice
+            What operation asks for.
+        command
+            What the drive makes of it.
+        """
+        self._reasons.check(advice)
+        at = self._written
+        if self._until_sample == 0:
+            # In this order: a reason that is refused leaves what is recorded whole.
+            self._reasoned.append(self._reasons.of(state, authority, advice, command))
+            self._sampled.append(at)
+            self._until_sample = self._sample_every
+        self._until_sample -= 1
+        # Copied at once: arrays that are kept alive for a block cost more than their copies.
+        self._time_s[at] = state.time_s
+        self._front_m[at] = state.front_m
+        self._speed_mps[at] = state.speed_mps
+        self._limit_m[at] = authority.limit_m
+        if authority.link is not None:
+            self._emergency[at] = authority.link.emergency
+        surprised = state.wayside.surprised
+        heard_s = self._without_radio_s if state.radio is None else state.radio.heard_s
+        lasting = (
+            authority.delay_s,
+            state.next_call,
+            surprised,
+            state.present,
+            state.running,
+            heard_s,
+        )
+        if not all(map(operator.is_, lasting, self._lasting)):
+            self._fill()
+            self._lasting = lasting
+        self._written += 1
+        if self._written > BLOCK_STEPS:
+            self.flush()
+
+    def _fill(self) -> None:
+        """Write what lasts from event to event for the steps since it was written last."""
+        if self._filled < self._written:
+            steps = slice(self._filled, self._written)
+            kept = (
+                self._delay_s,
+                self._next_call,
+                self._surprised,
+                self._present,
+                self._running,
+                self._heard_s,
+            )
+            for written, values in zip(kept, self._lasting, strict=True):
+                written[steps] = values
+        self._filled = self._written
+
+    def flush(self) -> None:
+        """Hand the steps so far to the examiners."""
+        self._fill()
+        if self._sampled:
+            self._samples.append(self._sample())
+        block = self._block()
+        self.train_steps += int(np.count_nonzero(block.present))
+        # A run may end with the last step of a block.
+        if block.present.size:
+            for examiner in self._examiners:
+                examiner.add(block)
+
+    def trajectory(self) -> Trajectory:
+        """
+        Return the samples.
+
+        Returns
+        -------
+        Trajectory
+            Ordered by time, then train.
+        """
+        time_s, row, front_m, speed_mps, limit_m, reason, plan, cause = map(
+            np.concatenate, zip(*self._samples, strict=True)
+        )
+        return Trajectory(
+            time_s,
+            row,
+            front_m,
+            speed_mps,
+            limit_m,
+            reason,
+            plan,
+            cause,
+            self._reasons.words,
+            self._places,
+        )
+
+    def _sample(self) -> tuple[FloatArray | IntArray, ...]:
+        """Return the samples among what was written."""
+        at = self._sampled
+        present = self._present[at]
+        sample, row = present.nonzero()
+        reasoned = np.array(self._reasoned).transpose(1, 0, 2)[:, present]
+        self._sampled, self._reasoned = [], []
+        return (
+            self._time_s[at][sample],
+            row,
+            self._front_m[at][present],
+            self._speed_mps[at][present],
+            self._limit_m[at][present],
+            *reasoned,
+        )
+
+    def _block(self) -> StepBlock:
+        """Return what was written, and begin the next block with the last of it."""
+        steps = slice(self._written)
+        rows = np.flatnonzero(self._present[steps].any(axis=0))
+        present, running = self._present[steps, rows], self._running[steps, rows]
+        stays = present[:-1] & present[1:]
+        moving = stays & running[:-1]
+        block = StepBlock(
+            rows,
+            self._time_s[steps].copy(),
+            self._front_m[steps, rows],
+            self._speed_mps[steps, rows],
+            self._limit_m[steps, rows],
+            self._delay_s[steps, rows],
+            self._next_call[steps, rows],
+            self._surprised[steps, rows],
+            stays,
+            moving,
+            moving & ~running[1:],
+            self._heard_s[steps, rows],
+            self._emergency[steps, rows],
+        )
+        for written in (
+            self._time_s,
+            self._front_m,
+            self._speed_mps,
+            self._limit_m,
+            self._delay_s,
+            self._next_call,
+            self._surprised,
+            self._present,
+            self._running,
+            self._heard_s,
+            self._emergency,
+        ):
+            written[0] = written[self._written - 1]
+        self._written = self._filled = 1
+        return block

@@ -1,0 +1,183 @@
+"""Turns what an engine observes into the state of the line: calls, leaders, events."""
+
+import numpy as np
+
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.failures.unit_failures import Units
+from kankaku.railway.plan.world import World
+from kankaku.railway.radio.data_link import Radio
+from kankaku.railway.step.engine_contract import Observation
+from kankaku.railway.step.state import Events, LineState, beside
+from kankaku.railway.wayside.leaders import Leaders
+from kankaku.railway.wayside.signalling import Wayside
+
+NO_EVENTS = Events()
+
+
+class Tracker:
+    """Keeps calls, leaders and masks; they change with events only."""
+
+    def __init__(
+        self,
+        world: World,
+        wayside: Wayside | None = None,
+        radio: Radio | None = None,
+        units: Units | None = None,
+    ) -> None:
+        size = world.size
+        self._world = world
+        self._wayside = wayside or Wayside(world)
+        self._radio = radio
+        self._units = units
+        self._leaders = Leaders(world)
+        self._next_clear_m = self._leaders.next_clear_m.copy()
+        self._leader = self._leaders.leader.copy()
+        self._follows = self._leaders.follows.copy()
+        self._granted_m = self._leaders.granted_m.copy()
+        self._granted_by = self._leaders.granted_by.copy()
+        self._present = np.zeros(size, dtype=np.bool_)
+        self._running = np.zeros(size, dtype=np.bool_)
+        self._next_call = np.zeros(size, dtype=np.intp)
+        self._stop_m = world.stop_m[:, 0].copy()
+        self._last_arrival_s = np.full(size, np.nan)
+        self._ready: list[int] = []
+        self._unfinished = size
+        self._fastest_mps = max(kind.maximum_speed_mps for kind in world.train_types)
+        self._no_clearing_before_s = -np.inf
+        shape = (size, world.stop_m.shape[1] - 1)
+        self.arrival_s: FloatArray = np.full(shape, np.nan)
+        self.departure_s: FloatArray = np.full(shape, np.nan)
+        self.stop_error_m: FloatArray = np.full(shape, np.nan)
+        self.completed = np.zeros(size, dtype=np.bool_)
+
+    @property
+    def finished(self) -> bool:
+        """Every train has left the line."""
+        return self._unfinished == 0
+
+    def update(self, seen: Observation) -> LineState:
+        """
+        Return the state of the line.
+
+        Parameters
+        ----------
+        seen
+            What the engine observed.
+
+        Returns
+        -------
+        LineState
+            A snapshot: arrays are not written to afterwards.
+        """
+        tail_m, clear_to_m = self._leaders.tails_and_clearance_m(seen.front_m, self._granted_m)
+        departed = self._departures(seen) if self._ready else ()
+        rows = self._clearings(seen.time_s, tail_m)
+        events = NO_EVENTS
+        if (
+            departed
+            or rows is not None
+            or seen.entered
+            or seen.stopped
+            or seen.released
+            or seen.left
+        ):
+            events = self._take_events(seen, departed, rows)
+        trains = seen.front_m, tail_m, seen.speed_mps
+        signalled = self._wayside.update(seen.time_s, trains, self._present, events)
+        if events or signalled:
+            events = events._replace(signalled=signalled)
+            known, granted_m = self._wayside.state, self._leaders.granted_m
+            self._granted_m = np.minimum(granted_m, known.obstructed_m)
+            obstructed_by = beside(known.obstructed_by)
+            self._granted_by = np.where(
+                known.obstructed_m < granted_m, obstructed_by, self._leaders.granted_by
+            )
+            clear_to_m = self._leaders.tails_and_clearance_m(seen.front_m, self._granted_m)[1]
+        return LineState(
+            seen.time_s,
+            seen.front_m,
+            tail_m,
+            seen.speed_mps,
+            self._present,
+            self._running,
+            self._leader,
+            self._follows,
+            clear_to_m,
+            self._granted_m,
+            self._granted_by,
+            self._next_call,
+            self._stop_m,
+            self._last_arrival_s,
+            events,
+            self._wayside.state,
+            self._radio.update(seen.time_s, self._present) if self._radio else None,
+            self._units.update(seen.time_s, seen.front_m, seen.speed_mps) if self._units else None,
+        )
+
+    def _clearings(self, time_s: float, tail_m: FloatArray) -> IntArray | None:
+        if time_s < self._no_clearing_before_s:
+            return None
+        to_go_m = self._next_clear_m - tail_m
+        nearest_m = float(to_go_m.min())
+        if nearest_m > 0.0:
+            # Twice the highest speed of all: no tail can get there any sooner.
+            self._no_clearing_before_s = time_s + 0.5 * nearest_m / self._fastest_mps
+            return None
+        return np.flatnonzero(to_go_m <= 0.0)
+
+    def _departures(self, seen: Observation) -> tuple[int, ...]:
+        moving = tuple(row for row in self._ready if seen.speed_mps[row] > 0.0)
+        if moving:
+            self._ready = [row for row in self._ready if row not in moving]
+        return moving
+
+    def _take_events(
+        self, seen: Observation, departed: tuple[int, ...], cleared: IntArray | None
+    ) -> Events:
+        # Fresh copies: the arrays of earlier states must not change under their readers.
+        self._present = self._present.copy()
+        self._running = self._running.copy()
+        self._next_call = self._next_call.copy()
+        self._stop_m = self._stop_m.copy()
+        self._last_arrival_s = self._last_arrival_s.copy()
+        for row in departed:
+            call = self._next_call[row]
+            self.departure_s[row, call - 1] = seen.time_s - self._world.step_s
+        for row in seen.entered:
+            self._present[row] = True
+            self._running[row] = True
+        for row in seen.stopped:
+            call = self._next_call[row]
+            self._running[row] = False
+            self.arrival_s[row, call] = seen.time_s
+            self.stop_error_m[row, call] = seen.front_m[row] - self._stop_m[row]
+            self._last_arrival_s[row] = seen.time_s
+        for row in seen.released:
+            self._running[row] = True
+            self._next_call[row] += 1
+            self._stop_m[row] = self._world.stop_m[row, self._next_call[row]]
+            if row in seen.left:
+                self.departure_s[row, self._next_call[row] - 1] = seen.time_s
+                departed = (*departed, row)
+            else:
+                self._ready.append(row)
+        for row in seen.left:
+            self._present[row] = self._running[row] = False
+            self.completed[row] = True
+            self._unfinished -= 1
+        if cleared is not None:
+            self._leaders.clear(cleared)
+        self._no_clearing_before_s = -np.inf
+        for row in seen.left:
+            self._leaders.leave(row)
+        self._leader = self._leaders.leader.copy()
+        self._follows = self._leaders.follows.copy()
+        self._next_clear_m = self._leaders.next_clear_m.copy()
+        return Events(
+            seen.entered,
+            seen.stopped,
+            seen.released,
+            departed,
+            () if cleared is None else tuple(cleared.tolist()),
+            seen.left,
+        )

@@ -1,0 +1,122 @@
+"""Inter-station stops and crawling, found in every step that was recorded."""
+
+import numpy as np
+
+from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.loop.recorder import StepBlock
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.records import Standstills
+
+STANDING_MPS = 0.05
+CRAWLING_MPS = 10.0 / 3.6
+AT_STOP_M = 1.0
+
+
+class StandstillWatch:
+    """
+    Finds running trains that stand or crawl between stations.
+
+    A train stands when its speed is 0.05 m/s or less and its front is not at a booked stop.
+    It crawls below 10 km/h with no part of it in the platform that it leaves or the one that it
+    serves next; standing counts as crawling, so that crawling is not mistaken for a cure of
+    standing.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._since_s = np.full(world.size, np.nan)
+        self._last: StepBlock | None = None
+        self._found: list[tuple[int, float, float, float, int]] = []
+        self.crawl_s: FloatArray = np.zeros(world.size)
+
+    def add(self, block: StepBlock) -> None:
+        """
+        Look at a block of steps.
+
+        Parameters
+        ----------
+        block
+            The steps.
+        """
+        self._last = block
+        slow = block.moving & (block.speed_mps[:-1] < CRAWLING_MPS)
+        if not slow.any() and np.isnan(self._since_s[block.rows]).all():
+            return
+        outside = slow & ~self._at_platform(block)
+        self.crawl_s[block.rows] += outside.sum(axis=0) * self._world.step_s
+        standing = slow & (block.speed_mps[:-1] <= STANDING_MPS) & ~self._at_stop(block)
+        self._intervals(block, standing)
+
+    def standstills(self) -> Standstills:
+        """
+        Return the standstills, those not over counted until the last step.
+
+        Returns
+        -------
+        Standstills
+            In order of their start.
+        """
+        ordered = sorted(self._found + self._not_over(), key=lambda found: (found[1], found[0]))
+        columns = list(zip(*ordered, strict=True)) or [(), (), (), (), ()]
+        row, start_s, duration_s, front_m, next_call = columns
+        return Standstills(
+            np.array(row, dtype=np.intp),
+            np.array(start_s, dtype=np.float64),
+            np.array(duration_s, dtype=np.float64),
+            np.array(front_m, dtype=np.float64),
+            np.array(next_call, dtype=np.intp),
+        )
+
+    def _not_over(self) -> list[tuple[int, float, float, float, int]]:
+        last = self._last
+        if last is None:
+            return []
+        now_s = float(last.time_s[-1])
+        return [
+            (row, since_s, now_s - since_s, float(front_m), int(call))
+            for row, front_m, call in zip(
+                last.rows.tolist(), last.front_m[-1], last.next_call[-1], strict=True
+            )
+            if not np.isnan(since_s := float(self._since_s[row]))
+        ]
+
+    def _at_platform(self, block: StepBlock) -> BoolArray:
+        """Tell which trains are, with any part, in the platform that they leave or serve."""
+        front_m, call = block.front_m[:-1], block.next_call[:-1]
+        tail_m = front_m - self._world.length_m[block.rows]
+        inside = np.zeros(front_m.shape, dtype=np.bool_)
+        for served in (call, np.maximum(call - 1, 0)):
+            start_m, end_m = self._world.platform_m[:, block.rows, served]
+            inside |= (front_m > start_m) & (tail_m < end_m)
+        return inside
+
+    def _at_stop(self, block: StepBlock) -> BoolArray:
+        stops_m = self._world.stop_m[block.rows]
+        columns = np.arange(block.rows.size)
+        front_m, call = block.front_m[:-1], block.next_call[:-1]
+        ahead = np.abs(front_m - stops_m[columns, call]) < AT_STOP_M
+        behind = np.abs(front_m - stops_m[columns, np.maximum(call - 1, 0)]) < AT_STOP_M
+        at_stop: BoolArray = ahead | behind
+        return at_stop
+
+    def _intervals(self, block: StepBlock, standing: BoolArray) -> None:
+        open_before = ~np.isnan(self._since_s[block.rows])
+        edges = np.diff(np.vstack([open_before, standing]).astype(np.int8), axis=0)
+        step, column = np.nonzero(edges)
+        for at, which in zip(step.tolist(), column.tolist(), strict=True):
+            row = int(block.rows[which])
+            now_s = float(block.time_s[at])
+            if edges[at, which] > 0:
+                self._since_s[row] = now_s
+            else:
+                since_s = float(self._since_s[row])
+                self._found.append(
+                    (
+                        row,
+                        since_s,
+                        now_s - since_s,
+                        float(block.front_m[at, which]),
+                        int(block.next_call[at, which]),
+                    )
+                )
+                self._since_s[row] = np.nan

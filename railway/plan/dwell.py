@@ -1,0 +1,97 @@
+"""Dwell delays: how much longer than the minimum a train stands at a platform."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.special import ndtr
+
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.plan.timetable import Timetable
+from kankaku.railway.randomness import stream
+
+
+@dataclass(frozen=True, slots=True)
+class Overstay:
+    """A delay that the scenario names: this train, this station, this much."""
+
+    train: str
+    station: str
+    delay_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class DwellDelays:
+    """
+    Dwell delays resampled from measured quantiles, plus named overstays.
+
+    Along a trip the draws are correlated: ranks follow a Gaussian copula whose lag-1
+    correlation is ``trip_correlation``. The same seed, train and station give the same delay
+    under every controller.
+    """
+
+    levels: tuple[float, ...] = (0.0, 1.0)
+    """Cumulative probabilities, rising from 0 to 1. [-]"""
+    delays_s: tuple[float, ...] = (0.0, 0.0)
+    """Measured delay at each level, not falling. [s]"""
+    station_scale: Mapping[str, float] = field(default_factory=dict)
+    """Factor on the measured delay by station; a station not named has 1. [-]"""
+    scale: float = 1.0
+    """Factor on every resampled delay. [-]"""
+    cap_s: float = np.inf
+    """Longest resampled delay. [s]"""
+    trip_correlation: float = 0.0
+    """Lag-1 correlation of the normal scores along a trip. [-]"""
+    overstays: tuple[Overstay, ...] = ()
+
+    def overstaying(self, overstay: Overstay) -> "DwellDelays":
+        """
+        Return the same delays with one more overstay.
+
+        Parameters
+        ----------
+        overstay
+            What is added to the delays that the train meets there anyway.
+
+        Returns
+        -------
+        DwellDelays
+            Every other call draws as before.
+        """
+        return replace(self, overstays=(*self.overstays, overstay))
+
+    def draw(self, timetable: Timetable, seed: int) -> FloatArray:
+        """
+        Return the delay of every call.
+
+        Parameters
+        ----------
+        timetable
+            Whose calls.
+        seed
+            Seed of the scenario. [-]
+
+        Returns
+        -------
+        FloatArray
+            Delay beyond the minimum dwell, resampled ones in whole seconds; 0 past a train's
+            last call.
+            [s], shape (n_trains, n_calls_max)
+        """
+        most_calls = max(len(service.calls) for service in timetable.services)
+        drawn = np.zeros((len(timetable.services), most_calls))
+        innovation = np.sqrt(1.0 - self.trip_correlation**2)
+        for row, service in enumerate(timetable.services):
+            score = stream(seed, "dwell", service.train, "origin").standard_normal()
+            for column, call in enumerate(service.calls):
+                fresh = stream(seed, "dwell", service.train, call.station).standard_normal()
+                score = self.trip_correlation * score + innovation * fresh
+                measured = np.interp(ndtr(score), self.levels, self.delays_s)
+                factor = self.scale * self.station_scale.get(call.station, 1.0)
+                # Whole seconds, as measured; so no step that divides a second adds to a dwell.
+                drawn[row, column] = np.round(min(factor * measured, self.cap_s))
+        for overstay in self.overstays:
+            row = timetable.trains.index(overstay.train)
+            stations = [call.station for call in timetable.services[row].calls]
+            drawn[row, stations.index(overstay.station)] += overstay.delay_s
+        return drawn

@@ -1,0 +1,287 @@
+"""
+The line as one type of train meets it, tabulated once so that a step only interpolates.
+
+A train of length L feels the height of the track averaged over its length,
+``h(x) = mean of height over [x - L, x]``. With that, braking under gravity is energy
+conservation, and the *brake potential* ``P(x) = b x + g h(x)`` turns every brake curve
+towards any target into ``v^2 / 2 = P(target) - P(x)``.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray, IntArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.plan.buffers import Buffers
+from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.rolling_stock import TrainType
+
+SPACING_M = 1.0
+"""One metre, so that a chainage is an index. [m]"""
+NO_BUFFERS = Buffers()
+RUN_OUT_M = 2500.0
+"""Level track assumed beyond both ends, longer than any brake curve. [m]"""
+CLEAR_M = 1e-3
+"""A limit is left so far past its end: an engine's places are rounded. [m]"""
+
+
+class Limits(NamedTuple):
+    """
+    The limits that hold for a front, exactly where they change.
+
+    Arrays of shape (n_pieces,). The last piece is the end of the tables, where nothing holds.
+    """
+
+    start_m: FloatArray
+    """Where each piece begins; it ends where the next one begins. [m]"""
+    limit_mps: FloatArray
+    """The lowest limit under any part of the train. [m/s]"""
+    lowest_m2ps2: FloatArray
+    """Lowest energy, brake potential included, of the pieces from this one on. [m2/s2]"""
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Tables over a uniform chainage grid, one row per train type, shape (n_types, n_grid)."""
+
+    origin_m: float
+    potential_m2ps2: FloatArray
+    """Brake potential of the service brake. [m2/s2]"""
+    ceiling_m2ps2: FloatArray
+    """Half the square of the line ceiling at the grid, braking curves included. [m2/s2]"""
+    limits: tuple[Limits, ...]
+    """The limits in force, without braking curves to lower ones ahead, by train type."""
+    drag_mps2: FloatArray
+    """Deceleration by gradient and curves, mean over the train. [m/s2]"""
+    curve_drag_mps2: FloatArray
+    """The curves' part of it. [m/s2]"""
+    permitted_m2ps2: FloatArray | None = None
+    """Half the square of what protection permits at the grid, if it is less. [m2/s2]"""
+
+    @property
+    def end_m(self) -> float:
+        """Last chainage of the tables. [m]"""
+        return self.origin_m + SPACING_M * float(self.potential_m2ps2.shape[1] - 1)
+
+    @cached_property
+    def grid_m(self) -> FloatArray:
+        """Chainage of the columns. [m], shape (n_grid,)"""
+        columns = np.arange(self.potential_m2ps2.shape[1], dtype=np.float64)
+        return self.origin_m + SPACING_M * columns
+
+    @property
+    def ceiling_mps(self) -> FloatArray:
+        """Line ceiling, its braking curves included. [m/s], shape (n_types, n_grid)"""
+        return np.sqrt(2.0 * self.ceiling_m2ps2)
+
+    def ceiling_at_m2ps2(self, row: int, front_m: FloatArray) -> FloatArray:
+        """
+        Return half the square of the line ceiling, exact between the points of the grid, too.
+
+        Parameters
+        ----------
+        row
+            Row of the train type.
+        front_m
+            Fronts, within the tables. [m], any shape
+
+        Returns
+        -------
+        FloatArray
+            The lower one where a limit changes. [m2/s2], same shape
+        """
+        potential = np.interp(front_m, self.grid_m, self.potential_m2ps2[row])
+        return _ceiling_m2ps2(self.limits[row], front_m, potential)
+
+    def row_starts(self, type_index: IntArray) -> FloatArray:
+        """
+        Return what turns a chainage into a place in the flattened tables.
+
+        Parameters
+        ----------
+        type_index
+            Row of each train's type. [-], shape (n_trains,)
+
+        Returns
+        -------
+        FloatArray
+            Offset into the flattened tables, origin included. [-], shape (n_trains,)
+        """
+        columns = self.potential_m2ps2.shape[1]
+        starts: FloatArray = type_index.astype(np.float64) * columns - self.origin_m
+        return starts
+
+
+@compiled
+def at(table: FloatArray, place: float) -> float:
+    """
+    Interpolate in a flattened table.
+
+    Parameters
+    ----------
+    table
+        Ravelled table of a profile. shape (n_types * n_grid,)
+    place
+        Chainage plus the train's :meth:`Profile.row_starts`. [m]
+
+    Returns
+    -------
+    float
+        The value there.
+    """
+    cell = int(place)
+    part = place - cell
+    value: float = table[cell] + part * (table[cell + 1] - table[cell])
+    return value
+
+
+@compiled
+def braking_loss_mps(square: FloatArray, place: float, speed_mps: float, step_s: float) -> float:
+    """
+    Return the speed that the service brake takes in a step under gravity.
+
+    Parameters
+    ----------
+    square
+        Ravelled table of twice the brake potential. [m2/s2], shape (n_types * n_grid,)
+    place
+        Chainage plus the train's :meth:`Profile.row_starts`. [m]
+    speed_mps
+        Speed at the start of the step. [m/s]
+    step_s
+        Length of the step. [s]
+
+    Returns
+    -------
+    float
+        Speed lost. [m/s]
+    """
+    # Half the rise of the squares over a metre is the brake rate; that of mid-step keeps
+    # the train on its curve where the gradient changes.
+    middle = place + 0.5 * speed_mps * step_s
+    rise = at(square, middle + 0.5 * SPACING_M) - at(square, middle - 0.5 * SPACING_M)
+    return 0.5 * step_s / SPACING_M * rise
+
+
+@compiled
+def at_each(table: FloatArray, chainage_m: FloatArray, row_start: FloatArray) -> FloatArray:
+    """
+    Interpolate in a flattened table for every train.
+
+    Parameters
+    ----------
+    table
+        Ravelled table of a profile. shape (n_types * n_grid,)
+    chainage_m
+        Where, within the tables. [m], shape (..., n_trains)
+    row_start
+        From :meth:`Profile.row_starts`. shape (n_trains,)
+
+    Returns
+    -------
+    FloatArray
+        The values, same shape as ``chainage_m``.
+    """
+    places = chainage_m + row_start
+    values = np.empty_like(places)
+    flat_places, flat_values = places.ravel(), values.ravel()
+    for index in range(flat_places.size):
+        flat_values[index] = at(table, flat_places[index])
+    return flat_values.reshape(places.shape)
+
+
+def _limits_of(
+    line: Line, train: TrainType, grid_m: FloatArray, potential: FloatArray, buffers: Buffers
+) -> Limits:
+    """Cut the line where the limit of a train changes."""
+    first_m, last_m = float(grid_m[0]), float(grid_m[-1])
+    held = [limit for limit in line.limits if limit.limit_mps < train.maximum_speed_mps]
+    entered_m = np.array(
+        [float(buffers.front_limit_m(np.array(one.start_m), one.limit_mps)) for one in held]
+    ).clip(first_m, last_m)
+    left_m = np.array(
+        [buffers.rear_limit_m(one.end_m, train.length_m) + CLEAR_M for one in held]
+    ).clip(first_m, last_m)
+    start_m = np.unique(np.concatenate([[first_m, last_m], entered_m, left_m]))
+    limit_mps = np.full(start_m.size, train.maximum_speed_mps)
+    for limit, enters, leaves in zip(held, entered_m, left_m, strict=True):
+        pieces = slice(*np.searchsorted(start_m, [enters, leaves]))
+        limit_mps[pieces] = np.minimum(limit_mps[pieces], limit.limit_mps)
+    changes = np.append(True, np.diff(limit_mps) != 0.0)
+    changes[-1] = True
+    start_m, limit_mps = start_m[changes], limit_mps[changes]
+    energy = 0.5 * np.square(limit_mps) + np.interp(start_m, grid_m, potential)
+    energy[-1] = np.inf
+    return Limits(start_m, limit_mps, np.minimum.accumulate(energy[::-1])[::-1])
+
+
+def _ceiling_m2ps2(limits: Limits, front_m: FloatArray, potential: FloatArray) -> FloatArray:
+    last = limits.start_m.size - 2
+    after = np.searchsorted(limits.start_m, front_m, side="right") - 1
+    before = np.searchsorted(limits.start_m, front_m, side="left") - 1
+    after, before = np.clip(after, 0, last), np.clip(before, 0, last)
+    limit_mps = np.minimum(limits.limit_mps[after], limits.limit_mps[before])
+    braked: FloatArray = limits.lowest_m2ps2[after + 1] - potential
+    return np.minimum(0.5 * np.square(limit_mps), braked)
+
+
+def _mean_over_train(values: FloatArray, cells: float) -> FloatArray:
+    integral = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]))])
+    columns = np.arange(values.size, dtype=np.float64)
+    behind = np.interp(columns - cells, columns, integral, left=np.nan)
+    # Level run-out before the line: the integral continues with the first value.
+    before = integral[0] + (columns - cells) * values[0]
+    mean: FloatArray = (integral - np.where(np.isnan(behind), before, behind)) / cells
+    return mean
+
+
+def build_profile(
+    line: Line, train_types: Sequence[TrainType], buffers: Buffers = NO_BUFFERS
+) -> Profile:
+    """
+    Tabulate a line for some train types.
+
+    Parameters
+    ----------
+    line
+        The line.
+    train_types
+        One row of the tables each.
+    buffers
+        By how much the train counts as longer than it is where limits start and end.
+
+    Returns
+    -------
+    Profile
+        The tables.
+    """
+    origin_m = np.floor(line.start_m - RUN_OUT_M)
+    columns = int(np.ceil((line.end_m + RUN_OUT_M - origin_m) / SPACING_M)) + 2
+    grid_m = origin_m + SPACING_M * np.arange(columns)
+    height_m = line.height_m(grid_m)
+    curves_mps2 = line.curve_resistance_mps2(grid_m)
+    potentials, ceilings, limits, drags, curve_drags = [], [], [], [], []
+    for train in train_types:
+        cells = train.length_m / SPACING_M
+        gravity = GRAVITY_MPS2 * train.gravity_ratio
+        mean_height_m = _mean_over_train(height_m, cells)
+        potential = train.service_brake_mps2 * (grid_m - origin_m) + gravity * mean_height_m
+        held = _limits_of(line, train, grid_m, potential, buffers)
+        curve_drag = train.gravity_ratio * _mean_over_train(curves_mps2, cells)
+        potentials.append(potential)
+        ceilings.append(_ceiling_m2ps2(held, grid_m, potential))
+        limits.append(held)
+        curve_drags.append(curve_drag)
+        drags.append(gravity * np.gradient(mean_height_m, SPACING_M) + curve_drag)
+    return Profile(
+        float(origin_m),
+        np.array(potentials),
+        np.array(ceilings),
+        tuple(limits),
+        np.array(drags),
+        np.array(curve_drags),
+    )

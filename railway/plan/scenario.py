@@ -1,0 +1,100 @@
+"""A scenario: one world that every controller meets."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+from kankaku.railway.plan.disruptions import UNDISTURBED, Disruptions
+from kankaku.railway.plan.dwell import DwellDelays, Overstay
+from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.rolling_stock import TrainType
+from kankaku.railway.plan.timetable import Timetable
+from kankaku.railway.radio.data_link import LOSSLESS, RadioSpec
+
+Option: TypeAlias = float | bool | tuple[float, ...]
+"""A number, a switch, or a table of numbers."""
+
+
+@dataclass(frozen=True, slots=True)
+class ControllerSpec:
+    """
+    A named pair of protection and operation with their options, or a peer.
+
+    Options are as in the file, with the unit in the key; a layer's own options class is where
+    they are checked and converted.
+    """
+
+    name: str
+    protection: str
+    operation: str
+    protection_options: Mapping[str, Option]
+    operation_options: Mapping[str, Option]
+    peer: str | None = None
+    """Another program's own control of the trains; protection and operation are empty then."""
+    by_default: bool = True
+    """Runs where no controllers are named."""
+    radio: bool = False
+    """The protection's commands go by radio."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """One run per controller and initial delay of one train at one station."""
+
+    train: str
+    station: str
+    delays_s: tuple[float, ...]
+    """By how much the train overstays, rising. [s]"""
+
+
+@dataclass(frozen=True, slots=True)
+class Published:
+    """Published results of a sweep."""
+
+    source: str
+    values: Mapping[str, float]
+    """By indicator, with the unit in the key."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """Line, fleet, timetable, dwell delays, controllers and seed."""
+
+    name: str
+    title: str
+    line: Line
+    train_types: Mapping[str, TrainType]
+    timetable: Timetable
+    dwell_delays: DwellDelays
+    controllers: tuple[ControllerSpec, ...]
+    seed: int
+    step_s: float
+    patience_s: float
+    """A run ends this long after the last booked call, finished or not. [s]"""
+    digest: str
+    """Content hash of the scenario's files."""
+    sweep: Sweep | None = None
+    published: Published | None = None
+    radio: RadioSpec = LOSSLESS
+    disruptions: Disruptions = UNDISTURBED
+    warnings: tuple[str, ...] = ()
+    """What is allowed but doubtful in its files, a sentence each."""
+
+    def with_initial_delay(self, delay_s: float | None) -> "Scenario":
+        """
+        Return one run of the sweep.
+
+        Parameters
+        ----------
+        delay_s
+            By how much the swept train overstays; None without a sweep. [s]
+
+        Returns
+        -------
+        Scenario
+            The same trains with that delay beside all others.
+        """
+        if self.sweep is None or delay_s is None:
+            return self
+        overstay = Overstay(self.sweep.train, self.sweep.station, delay_s)
+        return replace(self, dwell_delays=self.dwell_delays.overstaying(overstay))

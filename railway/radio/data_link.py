@@ -1,0 +1,330 @@
+"""
+The radio between the centre and the trains: cycles, delays, losses and acknowledgements.
+
+In every cycle each train reports to the centre, and half a cycle later the centre sends each
+train its commands. What is said does not matter here, only what arrives, and when.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.plan.world import World
+from kankaku.railway.randomness import stream
+
+TOLERANCE_S = 1e-6
+"""Sums of steps come this close to the times that they stand for. [s]"""
+CHUNK_CYCLES = 1024
+"""Losses and delays are drawn for so many cycles at once. [-]"""
+
+
+@dataclass(frozen=True, slots=True)
+class Outage:
+    """All messages that are sent in a time window are lost."""
+
+    trains: tuple[str, ...]
+    """Whose messages; all trains' if empty."""
+    up: bool
+    """Those from the train to the centre."""
+    down: bool
+    """Those from the centre to the train."""
+    from_s: float
+    until_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class RadioSpec:
+    """A radio link; by default as in the source, and losing nothing."""
+
+    cycle_s: float = 1.0
+    delay_least_s: float = 0.3
+    delay_most_s: float = 0.6
+    loss_ratio: float = 0.0
+    """Share of telegrams that are lost, in either direction. [-]"""
+    burst_factor: float = 1.0
+    """How much longer rows of losses are, in the mean, than independent ones would be. [-]"""
+    outages: tuple[Outage, ...] = ()
+
+    @property
+    def oldest_knowledge_s(self) -> float:
+        """
+        How old the report can be that commands count on if nothing is lost. [s]
+
+        At the end of the time for which a train goes by one telegram.
+        """
+        # When a telegram is sent, the report that has surely arrived is cycles and a half old.
+        cycles = max(math.ceil(self.delay_most_s / self.cycle_s - 0.5), 0)
+        return (cycles + 1.5) * self.cycle_s + self.delay_most_s
+
+    def last_report_s(self, time_s: float) -> float:
+        """
+        Return when trains have reported last: at multiples of the cycle.
+
+        Parameters
+        ----------
+        time_s
+            Now. [s]
+
+        Returns
+        -------
+        float
+            The same number for all who ask within a cycle. [s]
+        """
+        return math.floor((time_s + TOLERANCE_S) / self.cycle_s) * self.cycle_s
+
+    def last_telegram_s(self, time_s: float) -> float:
+        """
+        Return when the centre has sent commands last: half a cycle after the reports.
+
+        Parameters
+        ----------
+        time_s
+            Now. [s]
+
+        Returns
+        -------
+        float
+            The same number for all who ask within a cycle. [s]
+        """
+        half_s = 0.5 * self.cycle_s
+        return self.last_report_s(time_s - half_s) + half_s
+
+
+LOSSLESS = RadioSpec()
+"""The radio of the source, losing nothing."""
+
+
+def keeps_pace(cycle_s: float, step_s: float) -> bool:
+    """
+    Return whether a radio can be simulated with a step.
+
+    Commands are sent half a cycle after the reports, and nothing happens between two steps.
+
+    Parameters
+    ----------
+    cycle_s
+        Its cycle. [s]
+    step_s
+        Length of a step. [s]
+
+    Returns
+    -------
+    bool
+        Half a cycle is a whole number of steps, to the microsecond.
+    """
+    return round(5e5 * cycle_s) % round(1e6 * step_s) == 0
+
+
+class RadioState(NamedTuple):
+    """What has arrived by now; arrays of shape (n_trains,), -inf for never."""
+
+    reported_s: FloatArray
+    """When the last report that the centre has was made. [s]"""
+    heard_s: FloatArray
+    """When the last commands that the train has were sent. [s]"""
+    acknowledged_s: FloatArray
+    """The centre knows that the train has commands sent then or later. [s]"""
+
+
+class Radio:
+    """Carries reports and commands; who is asked when does not change what is lost."""
+
+    def __init__(self, world: World, spec: RadioSpec, seed: int) -> None:
+        self._spec = spec
+        self._up = _Direction(world, spec, seed, "up", carried=2)
+        self._down = _Direction(world, spec, seed, "down", carried=1)
+        self._next_report_s = self._next_telegram_s = self._nothing_before_s = -np.inf
+        self._everybody = np.ones(world.size, dtype=np.bool_)
+        self._state = self._known()
+
+    def update(self, time_s: float, present: BoolArray) -> RadioState:
+        """
+        Return what has arrived; called once per step.
+
+        Parameters
+        ----------
+        time_s
+            Now. [s]
+        present
+            Trains on the line; others neither report nor hear. shape (n_trains,)
+
+        Returns
+        -------
+        RadioState
+            A snapshot: its arrays are replaced when anything arrives, and never written to.
+        """
+        if time_s < self._nothing_before_s:
+            return self._state
+        spec, now_s = self._spec, time_s + TOLERANCE_S
+        arrived = self._down.deliver(now_s, present)
+        if now_s >= self._next_report_s:
+            made_s = spec.last_report_s(time_s)
+            said_s = np.stack((np.full(present.size, made_s), *self._down.newest_s))
+            self._up.send(made_s, said_s, present)
+            self._next_report_s = made_s + spec.cycle_s
+        if now_s >= self._next_telegram_s:
+            sent_s = spec.last_telegram_s(time_s)
+            self._down.send(sent_s, np.full((1, present.size), sent_s), present)
+            self._next_telegram_s = sent_s + spec.cycle_s
+        # What takes no time at all is there at once.
+        arrived |= self._down.deliver(now_s, present)
+        arrived |= self._up.deliver(now_s, self._everybody)
+        if arrived:
+            self._state = self._known()
+        self._nothing_before_s = (
+            min(
+                self._next_report_s,
+                self._next_telegram_s,
+                self._up.next_arrival_s,
+                self._down.next_arrival_s,
+            )
+            - TOLERANCE_S
+        )
+        return self._state
+
+    def _known(self) -> RadioState:
+        (heard_s,) = self._down.newest_s
+        reported_s, acknowledged_s = self._up.newest_s
+        return RadioState(reported_s, heard_s, acknowledged_s)
+
+
+class _Direction:
+    """What is under way in one direction."""
+
+    def __init__(
+        self, world: World, spec: RadioSpec, seed: int, direction: str, carried: int
+    ) -> None:
+        size = world.size
+        self._spec = spec
+        self._draws = _Draws(world, spec, seed, direction)
+        names = world.timetable.trains
+        self._outages = [
+            (outage, np.array([not outage.trains or name in outage.trains for name in names]))
+            for outage in spec.outages
+            if (outage.up if direction == "up" else outage.down)
+        ]
+        # A message's place is taken again when it has long arrived.
+        slots = math.ceil(spec.delay_most_s / spec.cycle_s) + 2
+        self._arrival_s = np.full((slots, size), np.inf)
+        self._said_s = np.full((slots, carried, size), -np.inf)
+        self._newest_s = np.full((carried, size), -np.inf)
+        self.newest_s: tuple[FloatArray, ...] = tuple(self._newest_s)
+        """The newest of each kind that has arrived. [s], shape (n_trains,) each"""
+        self.next_arrival_s = np.inf
+        """When the first message arrives of those under way. [s]"""
+
+    def send(self, sent_s: float, said_s: FloatArray, present: BoolArray) -> None:
+        """Send one message per train; ``said_s`` of shape (carried, n_trains) never falls."""
+        cycle = math.floor((sent_s + TOLERANCE_S) / self._spec.cycle_s)
+        lost, delay_s = self._draws.of_cycle(cycle)
+        sent = present & ~lost
+        for outage, concerned in self._outages:
+            if outage.from_s <= sent_s < outage.until_s:
+                sent &= ~concerned
+        slot = cycle % self._arrival_s.shape[0]
+        self._arrival_s[slot] = np.where(sent, sent_s + delay_s, np.inf)
+        self._said_s[slot] = said_s
+        self.next_arrival_s = min(self.next_arrival_s, float(self._arrival_s[slot].min()))
+
+    def deliver(self, now_s: float, present: BoolArray) -> bool:
+        """Let those messages arrive to present trains that are due; return whether any was."""
+        if now_s < self.next_arrival_s:
+            return False
+        self._newest_s = self._newest_s.copy()
+        self.next_arrival_s = _deliver(
+            now_s, present, self._arrival_s, self._said_s, self._newest_s
+        )
+        self.newest_s = tuple(self._newest_s)
+        return True
+
+
+class _Draws:
+    """
+    Losses and delays by cycle, in one direction.
+
+    They are counted from the cycle in which a train stands ready at its first call, so that
+    no controller and no other train changes them.
+    """
+
+    def __init__(self, world: World, spec: RadioSpec, seed: int, direction: str) -> None:
+        names = world.timetable.trains
+        self._spec = spec
+        self._streams = [stream(seed, "radio", direction, name) for name in names]
+        ready_s = world.booked_arrival_s[:, 0]
+        self._first: IntArray = np.floor((ready_s - 1.0) / spec.cycle_s).astype(np.intp)
+        self._start = int(self._first.min())
+        self._lost = np.zeros((0, len(names)), dtype=np.bool_)
+        self._delay_s = np.zeros((0, len(names)))
+
+    def of_cycle(self, cycle: int) -> tuple[BoolArray, FloatArray]:
+        """Return who loses the message of a cycle, and the delays of the others. [s]"""
+        # Before the first train stands ready nobody is there to lose anything.
+        cycle = max(cycle, self._start)
+        while cycle >= self._start + self._lost.shape[0]:
+            self._draw_chunk()
+        return self._lost[cycle - self._start], self._delay_s[cycle - self._start]
+
+    def _draw_chunk(self) -> None:
+        spec, size = self._spec, len(self._streams)
+        lost_before = self._lost[-1] if self._lost.size else np.zeros(size, dtype=np.bool_)
+        self._start += self._lost.shape[0]
+        self._lost = np.zeros((CHUNK_CYCLES, size), dtype=np.bool_)
+        self._delay_s = np.zeros((CHUNK_CYCLES, size))
+        # The chain of Gilbert, 1960: rows of losses last f / (1 - p) in the mean.
+        after_arrival = spec.loss_ratio / spec.burst_factor
+        after_loss = 1.0 - (1.0 - spec.loss_ratio) / spec.burst_factor
+        for row, draws in enumerate(self._streams):
+            begin = max(int(self._first[row]) - self._start, 0)
+            if begin >= CHUNK_CYCLES:
+                continue
+            drawn = draws.random((CHUNK_CYCLES - begin, 2))
+            starts = self._start <= self._first[row]
+            odds = (spec.loss_ratio if starts else -1.0, after_arrival, after_loss)
+            _chain(drawn[:, 0], odds, bool(lost_before[row]), self._lost[begin:, row])
+            range_s = spec.delay_most_s - spec.delay_least_s
+            self._delay_s[begin:, row] = spec.delay_least_s + range_s * drawn[:, 1]
+
+
+@compiled
+def _chain(
+    drawn: FloatArray,
+    odds: tuple[float, float, float],
+    lost_before: bool,
+    lost: BoolArray,
+) -> None:
+    """Write who is lost: with the first odds at the beginning, if they are not negative."""
+    at_first, after_arrival, after_loss = odds
+    before = lost_before
+    for index in range(drawn.size):
+        chance = after_loss if before else after_arrival
+        if index == 0 and at_first >= 0.0:
+            chance = at_first
+        before = drawn[index] < chance
+        lost[index] = before
+
+
+@compiled
+def _deliver(
+    now_s: float,
+    present: BoolArray,
+    arrival_s: FloatArray,
+    said_s: FloatArray,
+    known_s: FloatArray,
+) -> float:
+    """Raise ``known_s`` by what has arrived, and return when the next message arrives."""
+    next_s = np.inf
+    for slot in range(arrival_s.shape[0]):
+        for train in range(present.size):
+            due_s = arrival_s[slot, train]
+            if due_s > now_s:
+                next_s = min(next_s, due_s)
+                continue
+            arrival_s[slot, train] = np.inf
+            if present[train]:
+                for kind in range(known_s.shape[0]):
+                    known_s[kind, train] = max(known_s[kind, train], said_s[slot, kind, train])
+    return next_s

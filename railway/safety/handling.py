@@ -1,0 +1,118 @@
+"""
+How trains are handled: the monitor's part that looks at brakes, commands and idle times.
+
+A drive keeps to the service brake unless nothing less keeps its authority or its commands have
+run out, and then it does brake in emergency. How hard a train brakes is worked out from recorded
+speeds and the gradients of the line.
+"""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
+from kankaku.railway.loop.recorder import StepBlock
+from kankaku.railway.plan.line import Block
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.promises import Promises
+
+HANDLING_MPS2 = 0.02
+"""Brake forces are known this well, beside the gradient within a metre. [m/s2]"""
+UNBRAKED_M = 0.05
+"""Brake curves from tables come this near to exact ones. [m]"""
+NEED_M = 1.0
+"""A train this near to its brake curve may need more than the service brake. [m]"""
+ROUNDING_S = 1e-3
+NEAR_M = 1.0
+"""Gradients are tabulated this closely. [m]"""
+
+Bound = tuple[str, FloatArray, float]
+Overrun = Callable[[FloatArray, FloatArray, FloatArray, IntArray], FloatArray]
+"""By how much fronts at some speeds cannot stop short of some places. [m]"""
+
+
+class Handling:
+    """Finds trains that brake harder or later than was promised."""
+
+    def __init__(
+        self, world: World, promises: Promises, blocks: tuple[Block, ...], overrun_m: Overrun
+    ) -> None:
+        self._world, self._promises, self._overrun_m = world, promises, overrun_m
+        self._service_mps2 = world.of_type("service_brake_mps2")
+        self._emergency_mps2 = world.of_type("emergency_brake_mps2")
+        self._gravity_mps2 = GRAVITY_MPS2 * world.of_type("gravity_ratio")
+        services = world.timetable.services
+        self._boundaries_m = np.array(sorted({block.start_m for block in blocks}))
+        self._enters = np.array(
+            [
+                [
+                    any(b.track in service.route and b.start_m == start_m for b in blocks)
+                    for start_m in self._boundaries_m.tolist()
+                ]
+                for service in services
+            ]
+        )
+
+    def beyond(self, block: StepBlock) -> Iterator[Bound]:
+        """
+        Yield by how much trains are handled otherwise than was promised.
+
+        Parameters
+        ----------
+        block
+            The steps.
+
+        Yields
+        ------
+        Bound
+            Kind of the rule, by how much it is broken, shape (n_steps, n_columns), and its
+            tolerance.
+        """
+        rows, step_s = block.rows, self._world.step_s
+        lost_mps2 = (block.speed_mps[:-1] - block.speed_mps[1:]) / step_s
+        least_mps2, most_mps2 = self._drag_mps2(block)
+        harder_mps2 = lost_mps2 - (self._service_mps2[rows] + most_mps2)
+        harder_mps2[block.emergency[:-1] | block.halting] = -np.inf
+        hard = harder_mps2 > HANDLING_MPS2
+        if hard.any():
+            harder_mps2[hard & self._in_need(block)] = -np.inf
+        yield "braking", harder_mps2, HANDLING_MPS2
+        if np.isfinite(self._promises.validity_s):
+            oldest_s = block.time_s[:-1, np.newaxis] - self._promises.validity_s - ROUNDING_S
+            stops = (block.speed_mps[1:] == 0.0) | block.halting
+            weaker_mps2 = self._emergency_mps2[rows] + least_mps2 - lost_mps2
+            weaker_mps2[stops | (block.heard_s[:-1] >= oldest_s)] = -np.inf
+            yield "validity", weaker_mps2, HANDLING_MPS2
+        if self._promises.idle_time_s and self._boundaries_m.size:
+            yield "idle", self._unbraked_m(block), UNBRAKED_M
+
+    def _drag_mps2(self, block: StepBlock) -> tuple[FloatArray, FloatArray]:
+        """Return the least and the greatest deceleration by gradients, within a metre."""
+        line, length_m = self._world.line, self._world.length_m[block.rows]
+        gravity = self._gravity_mps2[block.rows] / length_m
+        drags = [
+            gravity * (line.height_m(place_m) - line.height_m(place_m - length_m))
+            for place_m in (block.front_m[:-1] - NEAR_M, block.front_m[1:] + NEAR_M)
+        ]
+        return np.minimum(*drags), np.maximum(*drags)
+
+    def _in_need(self, block: StepBlock) -> BoolArray:
+        """Return who could not keep its authority by the service brake alone."""
+        ahead_m = block.front_m[:-1] + block.speed_mps[:-1] * block.delay_s[:-1]
+        over_m = self._overrun_m(ahead_m, block.speed_mps[:-1], block.limit_m[:-1], block.rows)
+        needs: BoolArray = ~(over_m < -NEED_M)
+        return needs
+
+    def _unbraked_m(self, block: StepBlock) -> FloatArray:
+        """Return by how much who enters a block overruns if it first runs on for the idle time."""
+        before = np.searchsorted(self._boundaries_m, block.front_m[:-1], side="left")
+        after = np.searchsorted(self._boundaries_m, block.front_m[1:], side="left")
+        entered = np.minimum(before, self._boundaries_m.size - 1)
+        enters = (after > before) & self._enters[block.rows, entered]
+        over_m = np.full(block.present.shape, -np.inf)
+        if enters.any():
+            speed_mps = block.speed_mps[1:]
+            ahead_m = block.front_m[1:] + self._promises.idle_time_s * speed_mps
+            all_m = self._overrun_m(ahead_m, speed_mps, block.limit_m[1:], block.rows)
+            over_m[enters] = all_m[enters]
+        return over_m

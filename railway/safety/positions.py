@@ -1,0 +1,208 @@
+"""Compiled loops of the monitor: who is ahead of whom, who is inside what, step by step."""
+
+import numpy as np
+
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import compiled
+
+
+@compiled
+def nearest_on_track(  # noqa: PLR0917 - compiled functions take plain arrays
+    front_m: FloatArray,
+    length_m: FloatArray,
+    rear_m: FloatArray,
+    present: BoolArray,
+    columns: IntArray,
+    ends_m: tuple[float, float],
+    nearest_m: FloatArray,
+) -> None:
+    """Lower ``nearest_m`` to the nearest rear ahead on one track, step by step."""
+    start_m, end_m = ends_m
+    order = columns.copy()
+    for step in range(front_m.shape[0]):
+        # Trains hardly ever change their order, so sorting by insertion is one pass.
+        for unsorted in range(1, order.size):
+            column, place = order[unsorted], unsorted
+            while place > 0 and front_m[step, order[place - 1]] < front_m[step, column]:
+                order[place] = order[place - 1]
+                place -= 1
+            order[place] = column
+        lowest_m = np.inf
+        for column in order:
+            tail_m = front_m[step, column] - length_m[column]
+            if not present[step, column] or tail_m >= end_m:
+                continue
+            nearest_m[step, column] = min(nearest_m[step, column], lowest_m)
+            if front_m[step, column] > start_m:
+                lowest_m = min(lowest_m, max(rear_m[step, column], start_m))
+
+
+@compiled
+def raise_to_entered(
+    front_m: FloatArray,
+    length_m: FloatArray,
+    present: BoolArray,
+    enters: BoolArray,
+    ends_m: FloatArray,
+    inside_m: FloatArray,
+) -> None:
+    """Raise ``inside_m`` to the depth of fronts in pieces that others are in at their entry."""
+    for column in range(length_m.size):
+        passed = 0
+        while passed < ends_m.shape[0] and ends_m[passed, 0] < front_m[0, column]:
+            passed += 1
+        for step in range(present.shape[0]):
+            ahead_m = front_m[step + 1, column]
+            while passed < ends_m.shape[0] and ends_m[passed, 0] < ahead_m:
+                start_m, end_m = ends_m[passed]
+                for other in range(length_m.size):
+                    within = (
+                        other != column
+                        and present[step, other]
+                        and front_m[step + 1, other] > start_m
+                        and front_m[step + 1, other] - length_m[other] < end_m
+                    )
+                    both = enters[column, passed] and enters[other, passed]
+                    if within and both and present[step, column]:
+                        inside_m[step, column] = max(inside_m[step, column], ahead_m - start_m)
+                passed += 1
+
+
+@compiled
+def raise_to_depth(
+    front_m: FloatArray,
+    tail_m: FloatArray,
+    present: BoolArray,
+    track: IntArray,
+    ends_m: tuple[float, float],
+    inside_m: FloatArray,
+) -> None:
+    """Raise ``inside_m`` to the depth of fronts behind the first one on another track."""
+    start_m, end_m = ends_m
+    within = np.empty(track.size, dtype=np.bool_)
+    for step in range(front_m.shape[0]):
+        first = -1
+        shared = False
+        for column in range(track.size):
+            within[column] = (
+                present[step, column]
+                and track[column] >= 0
+                and front_m[step, column] > start_m
+                and tail_m[step, column] < end_m
+            )
+            if not within[column]:
+                continue
+            shared = shared or (first >= 0 and track[column] != track[first])
+            if first < 0 or front_m[step, column] > front_m[step, first]:
+                first = column
+        if shared:
+            for column in range(track.size):
+                if within[column] and front_m[step, column] < front_m[step, first]:
+                    depth_m = front_m[step, column] - start_m
+                    inside_m[step, column] = max(inside_m[step, column], depth_m)
+
+
+@compiled
+def lower_on(
+    front_m: FloatArray,
+    tail_m: FloatArray,
+    ends_m: tuple[float, float],
+    limit_mps: float,
+    lowest_mps: FloatArray,
+) -> None:
+    """Lower ``lowest_mps`` where a train is on a limit with any of its length."""
+    start_m, end_m = ends_m
+    for step in range(front_m.shape[0]):
+        for column in range(front_m.shape[1]):
+            if front_m[step, column] > start_m and tail_m[step, column] < end_m:
+                lowest_mps[step, column] = min(lowest_mps[step, column], limit_mps)
+
+
+@compiled
+def nearest_unreleased(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+    time_s: FloatArray,
+    front_m: FloatArray,
+    length_m: FloatArray,
+    present: BoolArray,
+    uses: BoolArray,
+    ends_m: FloatArray,
+    hold_m: FloatArray,
+    release_s: float,
+    touched_s: FloatArray,
+    nearest_m: FloatArray,
+) -> None:
+    """
+    Lower ``nearest_m`` to the first track circuit ahead that is occupied or not released yet.
+
+    A front counts as before the circuit that it stands in if another train is further on in it.
+    """
+    for step in range(present.shape[0]):
+        for circuit in range(ends_m.shape[0]):
+            start_m, end_m = ends_m[circuit]
+            foremost_m = -np.inf
+            for column in range(length_m.size):
+                here_m = front_m[step, column]
+                if (
+                    present[step, column]
+                    and uses[column, circuit]
+                    and here_m > start_m
+                    and here_m - length_m[column] < end_m
+                ):
+                    touched_s[circuit] = time_s[step]
+                    foremost_m = max(foremost_m, here_m)
+            if time_s[step] - touched_s[circuit] > release_s:
+                continue
+            for column in range(length_m.size):
+                here_m = front_m[step, column]
+                ahead = here_m <= start_m or (here_m <= end_m and here_m < foremost_m)
+                if ahead and uses[column, circuit]:
+                    nearest_m[step, column] = min(nearest_m[step, column], hold_m[circuit])
+
+
+@compiled
+def lower_to_platforms(
+    front_m: FloatArray,
+    rear_m: FloatArray,
+    present: BoolArray,
+    platform_m: FloatArray,
+    comes_by: BoolArray,
+    nearest_m: FloatArray,
+) -> None:
+    """
+    Lower ``nearest_m`` to the starts of platform sections that another train's rear is in.
+
+    ``platform_m`` has shape (2, n_steps, n_columns): the section that each train calls in next, or
+    an empty one for a train that has entered its own. ``comes_by`` says whether the train of the
+    last axis uses the track of the section of the train before it.
+    """
+    for step in range(present.shape[0]):
+        for column in range(present.shape[1]):
+            start_m, end_m = platform_m[0, step, column], platform_m[1, step, column]
+            for other in range(present.shape[1]):
+                if (
+                    present[step, other]
+                    and comes_by[step, column, other]
+                    and front_m[step, other] > front_m[step, column]
+                    and start_m < rear_m[step, other] < end_m
+                ):
+                    nearest_m[step, column] = min(nearest_m[step, column], start_m)
+
+
+@compiled
+def reach_m(
+    limit_m: FloatArray,
+    front_m: FloatArray,
+    balise_m: FloatArray,
+    error_ratio: float,
+    resolution_m: float,
+) -> FloatArray:
+    """Return how far the buffers reach of fronts that stand at their end of authority."""
+    reached_m = np.empty_like(limit_m)
+    for step in range(limit_m.shape[0]):
+        for column in range(limit_m.shape[1]):
+            # Only a balise that the train has passed corrects its position.
+            known_m = min(limit_m[step, column], front_m[step, column])
+            last = max(np.searchsorted(balise_m, known_m, side="right") - 1, 0)
+            drift_m = error_ratio * max(limit_m[step, column] - balise_m[last], 0.0)
+            reached_m[step, column] = limit_m[step, column] + drift_m + resolution_m
+    return reached_m

@@ -1,0 +1,176 @@
+"""The layers of train control, as IEEE 1474.1 names them: protection, operation, drive."""
+
+from dataclasses import dataclass
+from enum import Enum, IntEnum
+from typing import Any, NamedTuple, Protocol, TypeVar
+
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.plan.line import Block, Line
+from kankaku.railway.plan.profile import Profile
+from kankaku.railway.step.promises import Promises
+from kankaku.railway.step.state import Advice, Authority, LineState
+
+Memory = TypeVar("Memory")
+
+
+class Separation(Enum):
+    """What keeps a train apart from the one ahead, and what the monitor holds it to."""
+
+    STANDING = "stops before the train ahead, taken as standing"
+    BLOCKS = "and never enters an occupied block"
+    CIRCUITS = "and never enters an occupied track circuit"
+    BRAKING = "stops before where the train ahead comes to a stand with its emergency brake"
+
+
+def exclusive_pieces(line: Line, separation: Separation) -> tuple[Block, ...]:
+    """
+    Return the pieces of track that only one train at a time may be in.
+
+    Parameters
+    ----------
+    line
+        The line.
+    separation
+        What keeps its trains apart.
+
+    Returns
+    -------
+    tuple[Block, ...]
+        Blocks or track circuits; none without fixed blocks.
+    """
+    pieces = {Separation.BLOCKS: line.blocks, Separation.CIRCUITS: line.track_circuits}
+    return pieces.get(separation, ())
+
+
+class Bound(IntEnum):
+    """What a drive may be bound by."""
+
+    TRACTION = 0
+    CEILING = 1
+    """Protection's ceiling."""
+    ADVICE = 2
+    """The ceiling that operation asks for."""
+    LIMIT = 3
+    """The brake curve to the end of authority."""
+    STOP = 4
+    """The brake curve to the next stop."""
+    EMERGENCY = 5
+    """The emergency brake of a train whose link says so."""
+    PEER = 6
+    """Whatever the peer follows that drives the train."""
+
+
+class Command(NamedTuple):
+    """What the drive makes of authority and advice; arrays over trains."""
+
+    speed_mps: FloatArray
+    """Speed at the end of the step. [m/s], shape (n_trains,)"""
+    bounds_mps: FloatArray
+    """The bounds that it is the least of; rows as the drive documents. (n_bounds, n_trains)"""
+    bound: IntArray
+    """The one that counts for each train, as a :class:`Bound`. shape (n_trains,)"""
+
+
+class Foresight(Protocol):
+    """What a protection says beforehand, so that an operation can plan over any of them."""
+
+    @property
+    def profile(self) -> Profile:
+        """The line with the ceilings that the protection enforces."""
+        ...
+
+    @property
+    def delay_s(self) -> float:
+        """The delay of every authority. [s]"""
+        ...
+
+    @property
+    def release_delay_s(self) -> float:
+        """How old the leader's place is that an authority counts on, at most. [s]"""
+        ...
+
+    @property
+    def idle_time_s(self) -> float:
+        """Who is permitted less than it runs for no longer need not brake. [s]"""
+        ...
+
+    def limit_behind_m(
+        self,
+        row: int,
+        call: int,
+        leader: int,
+        leader_front_m: FloatArray,
+        leader_speed_mps: FloatArray,
+    ) -> FloatArray:
+        """
+        Return the limits of a train on the way to a call, by places and speeds of its leader.
+
+        A protection that plans the train's run may permit less, as far as it is planned.
+
+        All are of shape (n_places,), in [m] and [m/s].
+        """
+        ...
+
+    def permitted_mps(self, row: int, front_m: FloatArray, limit_m: FloatArray) -> FloatArray:
+        """
+        Return the speed that is permitted to a front under a limit that stays.
+
+        Places and limits are [m], the speeds [m/s], all of shape (n_places,).
+        """
+        ...
+
+
+class Protection(Protocol[Memory]):
+    """Says how far and how fast each train may go (ATP)."""
+
+    def initial(self) -> Memory:
+        """Return the memory before the first step."""
+        ...
+
+    def authorise(self, state: LineState, memory: Memory) -> tuple[Authority, Memory]:
+        """Return the authority of every train, and the next memory."""
+        ...
+
+
+class Operation(Protocol[Memory]):
+    """Says how each train uses its permission (ATO); it can only lower."""
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Its own words for why it lowers a speed; :attr:`Advice.reason` counts through them."""
+        ...
+
+    def initial(self) -> Memory:
+        """Return the memory before the first step."""
+        ...
+
+    def advise(
+        self, state: LineState, authority: Authority, memory: Memory
+    ) -> tuple[Advice, Memory]:
+        """Return the advice for every train, and the next memory."""
+        ...
+
+
+class Drive(Protocol):
+    """Turns authority and advice into the next speed within traction and braking."""
+
+    def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
+        """Return the speed at the end of the step for every train."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Controller:
+    """A named set of layers; any operation runs over any protection."""
+
+    name: str
+    protection: Protection[Any]
+    operation: Operation[Any]
+    drive: Drive
+    separation: Separation = Separation.STANDING
+    by_radio: bool = False
+    """Trains take their commands by radio."""
+    peer: bool = False
+    """The engine drives the trains itself: only what it reports is judged, not our rules."""
+    promises: Promises | None = None
+    """What the protection promises beyond bare safety."""

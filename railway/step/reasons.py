@@ -1,0 +1,196 @@
+"""Why trains are as fast as they are: in one vocabulary, whatever controls them."""
+
+import numpy as np
+
+from kankaku.railway.arrays import BoolArray, IntArray
+from kankaku.railway.compiled import compiled
+from kankaku.railway.step.control import Bound, Command, Controller
+from kankaku.railway.step.state import (
+    NO_REASON,
+    NOTHING,
+    Advice,
+    Authority,
+    LineState,
+    Reason,
+    beside,
+)
+
+# Plain numbers, as compiled functions want them.
+CEILING, ADVICE, LIMIT = int(Bound.CEILING), int(Bound.ADVICE), int(Bound.LIMIT)
+LINE_LIMIT, PLAN, DWELLING = int(Reason.LINE_LIMIT), int(Reason.PLAN), int(Reason.DWELLING)
+TRAIN_AHEAD, OBSTRUCTION_AHEAD = int(Reason.TRAIN_AHEAD), int(Reason.OBSTRUCTION_AHEAD)
+
+
+def _reasons_by_bound() -> IntArray:
+    """Return the reason of each bound that needs no second look."""
+    reasons = np.full(len(Bound), Reason.TRACTION, dtype=np.intp)
+    reasons[Bound.STOP] = Reason.STATION_STOP
+    reasons[Bound.EMERGENCY] = Reason.EMERGENCY
+    reasons[Bound.PEER] = Reason.PEER
+    return reasons
+
+
+REASON_OF_BOUND = _reasons_by_bound()
+
+
+class ReasonError(ValueError):
+    """A layer that does not say why it lowers a speed, or names what is not there."""
+
+
+class Reasons:
+    """
+    Finds the reason, the operation's own word and the cause of every train's speed.
+
+    Parameters
+    ----------
+    controller
+        The layers.
+    size
+        Number of trains. [-]
+    places
+        Number of places beside the track. [-]
+
+    Raises
+    ------
+    ReasonError
+        If the operation declares no words, or words that are no plain identifiers.
+    """
+
+    def __init__(self, controller: Controller, size: int, places: int = 0) -> None:
+        kind = type(controller.operation).__name__
+        self._operation = f"operation {kind} of controller {controller.name}"
+        self.words = self._declared(getattr(controller.operation, "reasons", None))
+        """The operation's own words."""
+        self._controller = controller.name
+        self._causes = beside(places - 1), size - 1
+        self._nothing = np.full(size, NOTHING, dtype=np.intp)
+        self._never_bound = np.full(size, Bound.TRACTION, dtype=np.intp)
+        self._checked: IntArray = np.zeros(0, dtype=np.intp)
+
+    def _declared(self, words: object) -> tuple[str, ...]:
+        if not isinstance(words, tuple) or not all(isinstance(word, str) for word in words):
+            msg = f"{self._operation} declares no reasons: a tuple of words, which may be empty"
+            raise ReasonError(msg)
+        for word in words:
+            if not (word.isascii() and word.isidentifier()):
+                msg = f"{self._operation} declares the reason {word!r}, which is no plain word"
+                raise ReasonError(msg)
+        if len(set(words)) < len(words):
+            msg = f"{self._operation} declares a reason twice: {', '.join(words)}"
+            raise ReasonError(msg)
+        return words
+
+    def check(self, advice: Advice) -> None:
+        """
+        Refuse advice for a reason that is not declared; called in every step.
+
+        Parameters
+        ----------
+        advice
+            What operation asks for.
+
+        Raises
+        ------
+        ReasonError
+            If a number stands for no word of the operation.
+        """
+        reason = advice.reason
+        # Many an operation gives the same array as long as nothing changes.
+        if reason is not self._checked:
+            self._check(reason, self._never_bound)
+            self._checked = reason
+
+    def _check(self, reason: IntArray, bound: IntArray) -> None:
+        if reason.shape != self._nothing.shape or reason.dtype.kind != "i":
+            msg = f"{self._operation} gives its reasons as no whole number for each train"
+            raise ReasonError(msg)
+        row = _unexplained(reason, bound, len(self.words))
+        if row >= 0:
+            known = ", ".join(f"{number} {word}" for number, word in enumerate(self.words))
+            msg = (
+                f"{self._operation} gives reason {reason[row]} for the train in row {row}; "
+                f"declared: {known or 'none'}"
+            )
+            raise ReasonError(msg)
+
+    def of(
+        self, state: LineState, authority: Authority, advice: Advice, command: Command
+    ) -> IntArray:
+        """
+        Return why every train is as fast as it is.
+
+        Parameters
+        ----------
+        state
+            The line.
+        authority
+            What protection permits.
+        advice
+            What operation asks for.
+        command
+            What the drive makes of it.
+
+        Returns
+        -------
+        IntArray
+            A :class:`~kankaku.railway.step.state.Reason`, the number of the operation's word under
+            ``Reason.PLAN``, else ``NO_REASON``, and what is behind it: a train, a place or
+            ``NOTHING``. shape (3, n_trains)
+
+        Raises
+        ------
+        ReasonError
+            If a speed is lowered for no reason, or what is named is neither a train nor a place
+            beside the track.
+        """
+        self._check(advice.reason, command.bound)
+        found = _explain(
+            state.running,
+            command.bound,
+            (authority.limit_by, authority.ceiling_by),
+            (advice.reason, self._nothing if advice.cause is None else advice.cause),
+            REASON_OF_BOUND,
+        )
+        least, most = self._causes
+        if found[2].min() < least or found[2].max() > most:
+            msg = f"controller {self._controller} names causes that are no train and no place"
+            raise ReasonError(msg)
+        return found
+
+
+@compiled
+def _unexplained(reason: IntArray, bound: IntArray, words: int) -> int:
+    """Return the first train whose advice has no word although it needs one; -1 for none."""
+    for train in range(reason.size):
+        least = 0 if bound[train] == ADVICE else NO_REASON
+        if not least <= reason[train] < words:
+            return train
+    return -1
+
+
+@compiled
+def _explain(
+    running: BoolArray,
+    bound: IntArray,
+    behind: tuple[IntArray, IntArray],
+    advice: tuple[IntArray, IntArray],
+    reason_of_bound: IntArray,
+) -> IntArray:
+    (limit_by, ceiling_by), (advised, advised_for) = behind, advice
+    found = np.full((3, running.size), NOTHING)
+    for train in range(running.size):
+        if not running[train]:
+            found[0, train] = DWELLING
+            continue
+        found[0, train] = reason_of_bound[bound[train]]
+        if bound[train] == ADVICE:
+            found[0, train], found[1, train] = PLAN, advised[train]
+            found[2, train] = advised_for[train]
+        elif bound[train] == CEILING or bound[train] == LIMIT:
+            by = ceiling_by[train] if bound[train] == CEILING else limit_by[train]
+            found[2, train] = by
+            if by == NOTHING:
+                found[0, train] = LINE_LIMIT
+            else:
+                found[0, train] = TRAIN_AHEAD if by > NOTHING else OBSTRUCTION_AHEAD
+    return found

@@ -1,0 +1,159 @@
+"""What crosses the rooms each step: what is, what is allowed, what is advised."""
+
+from enum import IntEnum
+from typing import NamedTuple, TypeVar
+
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.failures.unit_failures import UnitState
+from kankaku.railway.plan.disruptions import WaysideState
+from kankaku.railway.radio.data_link import RadioState
+
+
+class Reason(IntEnum):
+    """What bound a train's speed in a step; the same words for every controller."""
+
+    TRACTION = 0
+    LINE_LIMIT = 1
+    TRAIN_AHEAD = 2
+    OBSTRUCTION_AHEAD = 3
+    """Points, a level crossing or a closure that is not granted."""
+    STATION_STOP = 4
+    PLAN = 5
+    """The operation asks for it, in a word of its own."""
+    EMERGENCY = 6
+    PEER = 7
+    DWELLING = 8
+    """The stop itself holds the train."""
+
+
+NOTHING = -1
+"""What stands behind a bound is the row of a train, a place beside the track, or this."""
+
+
+Column = TypeVar("Column", int, IntArray)
+
+
+def beside(column: Column) -> Column:
+    """
+    Return the number of a place beside the track, as what stands behind a bound.
+
+    Parameters
+    ----------
+    column
+        Its column in :class:`~kankaku.railway.plan.disruptions.WaysideState`: turnouts, then level
+        crossings, then closures; -1 for none.
+
+    Returns
+    -------
+    Column
+        Below ``NOTHING``, as rows of trains are above it; ``NOTHING`` for none.
+    """
+    return NOTHING - 1 - column
+
+
+class Events(NamedTuple):
+    """Rows of the trains to which something happened since the last step."""
+
+    entered: tuple[int, ...] = ()
+    arrived: tuple[int, ...] = ()
+    released: tuple[int, ...] = ()
+    """The stop is over: doors closed, not necessarily moving yet."""
+    departed: tuple[int, ...] = ()
+    cleared: tuple[int, ...] = ()
+    """The tail left a section."""
+    left: tuple[int, ...] = ()
+    signalled: tuple[int, ...] = ()
+    """What is in the way of the train beside the track has changed."""
+
+    def __bool__(self) -> bool:
+        return any(self)
+
+
+class LineState(NamedTuple):
+    """
+    The line at one moment; arrays have shape (n_trains,), first train first.
+
+    Rows stay the same for a whole run, so that leaders, plans and records never need
+    re-indexing. A row whose train is not ``present`` holds a valid but meaningless place.
+    """
+
+    time_s: float
+    front_m: FloatArray
+    tail_m: FloatArray
+    speed_mps: FloatArray
+    present: BoolArray
+    """The train is on the line."""
+    running: BoolArray
+    """The train is on the line and not held by a stop: it takes commands."""
+    leader: IntArray
+    """Row of the next train ahead that shares the route; -1 where there is none."""
+    follows: BoolArray
+    """The leader goes or stands on this train's own way, not on another track before points."""
+    clear_to_m: FloatArray
+    """The way is clear up to here: leader's tail or what is not granted. [m]"""
+    granted_m: FloatArray
+    """Where the first points that are not granted, or the first obstruction, begin. [m]"""
+    granted_by: IntArray
+    """Which points or obstruction, by :func:`beside`; ``NOTHING`` where all is granted."""
+    next_call: IntArray
+    """The call ahead, or the present one while standing at it."""
+    stop_m: FloatArray
+    """Stop position of that call. [m]"""
+    arrival_s: FloatArray
+    """When the last call began. [s]"""
+    events: Events
+    wayside: WaysideState
+    radio: RadioState | None = None
+    """What has arrived by radio; None under a controller without."""
+    units: UnitState | None = None
+    """What units measure, where they may be wrong; None where all of them are exact."""
+
+
+class Link(NamedTuple):
+    """What trains know that take their commands by radio; arrays of shape (n_trains,)."""
+
+    emergency: BoolArray
+    """The train brakes in emergency, whatever its limit."""
+    commanded_mps: FloatArray
+    """Speed that the centre has planned for the end of the step, inf where none. [m/s]"""
+    covered_m: FloatArray
+    """The furthest limit that the train may still go by, as far as the centre knows. [m]"""
+
+
+class Authority(NamedTuple):
+    """What protection permits; arrays of shape (n_trains,)."""
+
+    limit_m: FloatArray
+    """The front must be able to stop before this with the service brake. [m]"""
+    ceiling_mps: FloatArray
+    """Speed not to be exceeded at the end of the step. [m/s]"""
+    delay_s: FloatArray
+    """The front counts as this much time of running further ahead of its limit. [s]"""
+    limit_by: IntArray
+    """
+    What ends the way: row of the train ahead, a place as from :func:`beside`, or ``NOTHING``.
+
+    Nothing ends it at the end of the line.
+    """
+    ceiling_by: IntArray
+    """What is ahead that makes the ceiling low; ``NOTHING`` where it is the line's own."""
+    link: Link | None = None
+    """None for a protection whose permissions reach the trains at once."""
+
+
+class Advice(NamedTuple):
+    """What operation asks of the drive; it can only lower. Arrays of shape (n_trains,)."""
+
+    ceiling_mps: FloatArray
+    reason: IntArray
+    """Which of the operation's own ``reasons`` lowers it; ``NO_REASON`` where none does."""
+    cause: IntArray | None = None
+    """
+    What the operation does it for: train, place beside the track, or ``NOTHING``.
+
+    None where it is never for anything ahead.
+    """
+
+
+NO_REASON = -1
+"""The operation asks for nothing."""
