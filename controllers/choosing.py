@@ -11,7 +11,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import NamedTuple
 
-from kankaku.controllers import OPERATIONS, PROTECTIONS, ControllerError, Registry, choose_layer
+from kankaku.controllers.registry import (
+    OPERATIONS,
+    PROTECTIONS,
+    ControllerError,
+    Registry,
+    choose_layer,
+)
 from kankaku.railway.plan.scenario import ControllerSpec, Option
 
 PLUS = "+"

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from kankaku.controllers.pull import Pull, pull_of, pulled_mps
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled, plain
 from kankaku.railway.motion.kinematics import next_speed_mps
+from kankaku.railway.motion.traction_table import Pull, pull_of, pulled_mps
 from kankaku.railway.plan.profile import at, at_each, braking_loss_mps
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Bound, Command

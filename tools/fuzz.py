@@ -24,7 +24,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import NamedTuple
 
-from kankaku import controllers
+from kankaku.controllers import registry
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.randomness import stream
 from kankaku.scenarios import (
@@ -134,11 +134,11 @@ def examine(plan: Plan, number: int, place: Path) -> Iterator[Answer]:
         _load_others(folder, scenario)
         world = study.world_of(scenario, scenario.step_s)
         for spec in scenario.controllers:
-            controllers.build(spec, world, scenario.radio)
+            registry.build(spec, world, scenario.radio)
     except ScenarioError as error:
         yield _refusal([str(fault) for fault in error.faults])
         return
-    except controllers.ControllerError as error:
+    except registry.ControllerError as error:
         yield _refusal([str(error)])
         return
     except Exception:  # noqa: BLE001 - this is what is looked for

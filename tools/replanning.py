@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from kankaku.controllers import build
-from kankaku.controllers.reports import Reports
+from kankaku.controllers.centre.reports import Reports
+from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.disruptions import unobstructed
 from kankaku.railway.plan.scenario import Scenario

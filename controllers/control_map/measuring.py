@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.reports import radio_of
+from kankaku.controllers.centre.reports import radio_of
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.compiled import compiled
 from kankaku.railway.failures.unit_failures import UnitState

@@ -3,7 +3,7 @@
 import numpy as np
 
 from kankaku.controllers.control_map.measuring import Aboard
-from kankaku.controllers.control_map.run import stopping_place_m
+from kankaku.controllers.control_map.planned_run import stopping_place_m
 from kankaku.controllers.protection.ceiling import (
     CeilingFields,
     CeilingFigures,

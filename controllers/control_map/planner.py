@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.control_map.run import Place, Trains, run, stopping_place_m
-from kankaku.controllers.control_map.way import (
+from kankaku.controllers.control_map.planned_run import Place, Trains, run, stopping_place_m
+from kankaku.controllers.control_map.way_ahead import (
     Ends,
     Grid,
     Limits,
@@ -22,9 +22,9 @@ from kankaku.controllers.control_map.way import (
     lower_to_obstructions,
 )
 from kankaku.controllers.protection.ceiling import ceiling_here_mps
-from kankaku.controllers.pull import level_gain_mps
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
+from kankaku.railway.motion.traction_table import level_gain_mps
 from kankaku.railway.plan.profile import at
 from kankaku.railway.step.state import NOTHING
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.control_map.run import stopping_place_m
+from kankaku.controllers.control_map.planned_run import stopping_place_m
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
 from kankaku.railway.step.state import NOTHING

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from kankaku.controllers.centre.reports import Reports
+from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions
 from kankaku.controllers.control_map.planner import Plan
-from kankaku.controllers.protection.control_map import ControlMap, ControlMapOptions
-from kankaku.controllers.reports import Reports
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.failures.unit_failures import Fault, Variant
 from kankaku.railway.plan.world import World

@@ -5,10 +5,10 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from kankaku.controllers.pull import Pull, pull_of, pulled_mps
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled, plain
 from kankaku.railway.motion.kinematics import next_speed_mps
+from kankaku.railway.motion.traction_table import Pull, pull_of, pulled_mps
 from kankaku.railway.plan.profile import Profile, at, at_each, braking_loss_mps
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import LineState
@@ -47,7 +47,7 @@ class CeilingFigures(NamedTuple):
     reach_m: FloatArray
     """How far beyond a step at constant speed a front may be after it. [m], (n_trains,)"""
     pull: tuple[FloatArray, FloatArray, FloatArray, float]
-    """The fields of :class:`kankaku.controllers.pull.Pull`."""
+    """The fields of :class:`kankaku.railway.motion.traction_table.Pull`."""
 
 
 def ceiling_figures(world: World, profile: Profile, step_s: float) -> CeilingFigures:

@@ -9,7 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 from typer.core import TyperCommand, TyperGroup
 
-from kankaku import controllers, interrupts
+from kankaku import interrupts
 from kankaku.analysis import (
     CapacityTables,
     DependabilityTables,
@@ -42,6 +42,7 @@ from kankaku.commands.screen import (
     show_warnings,
 )
 from kankaku.commands.study_screen import report, run_shown
+from kankaku.controllers import registry
 from kankaku.interrupts import EXIT_INTERRUPTED, end_as_by_ctrl_c
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.scenarios import load
@@ -422,7 +423,7 @@ def _chosen(scenario: Path, **choices: Any) -> study.Study:  # noqa: ANN401 - as
 def _show_doubts(chosen: study.Study) -> None:
     """Tell what is doubtful in how controllers fit the line."""
     world = study.world_of(chosen.scenario, chosen.step_s)
-    show_warnings(controllers.warnings(chosen.specs, world, chosen.scenario.radio))
+    show_warnings(registry.warnings(chosen.specs, world, chosen.scenario.radio))
 
 
 def _end(status: int) -> None:

@@ -6,7 +6,7 @@ from dataclasses import fields
 from importlib.metadata import version
 from typing import NamedTuple
 
-from kankaku import controllers
+from kankaku.controllers import registry
 from kankaku.controllers.choosing import changed_options
 from kankaku.railway.plan.scenario import ControllerSpec
 
@@ -38,11 +38,11 @@ def known_controllers() -> tuple[Listing, ...]:
             ),
         )
         for title, registry in (
-            ("Protection (how far and how fast a train may go)", controllers.PROTECTIONS),
-            ("Operation (how it uses that permission)", controllers.OPERATIONS),
+            ("Protection (how far and how fast a train may go)", registry.PROTECTIONS),
+            ("Operation (how it uses that permission)", registry.OPERATIONS),
         )
     )
-    peers = tuple((name, peer.summary) for name, peer in controllers.PEERS.items())
+    peers = tuple((name, peer.summary) for name, peer in registry.PEERS.items())
     return *layers, Listing("Peer (drives the trains itself)", ("name", "what it does"), peers)
 
 

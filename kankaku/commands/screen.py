@@ -13,8 +13,8 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from kankaku import controllers
 from kankaku.analysis import SavedRunError
+from kankaku.controllers import registry
 from kankaku.interrupts import EXIT_INTERRUPTED
 from kankaku.scenarios import ScenarioError, printable
 from kankaku.store.holding import HeldError
@@ -131,7 +131,7 @@ def refusals(scenario: Path, out: Path) -> Iterator[None]:
         yield
     except ScenarioError as error:
         complain(f"{scenario} cannot be used", [str(fault) for fault in error.faults])
-    except controllers.ControllerError as error:
+    except registry.ControllerError as error:
         place = "" if error.where.startswith("--") else f"{MAIN_FILE}: "
         complain(f"{scenario} cannot be run", [f"{place}{error}"])
     except (HeldError, SavedRunError, study.StudyError) as error:

@@ -16,12 +16,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
-from kankaku import controllers
 from kankaku.analysis import run_folder, write_run
 from kankaku.analysis.publishing import PUBLISHED_FILES
 from kankaku.analysis.results import RUN_RECORD, places_of
 from kankaku.analysis.schema import json_text, read_csv, write_whole
 from kankaku.analysis.tables import RunTables, table_file
+from kankaku.controllers import registry
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.step.records import RAW_TABLES, UNFINISHED, VIOLATIONS
 from kankaku.store.fingerprint import content_sha256, foreign_sha256, sources_sha256
@@ -152,13 +152,13 @@ def controller_told(spec: ControllerSpec) -> dict[str, Any]:
     """
     if spec.peer is not None:
         return {"peer": spec.peer}
-    layers = (controllers.PROTECTIONS[spec.protection], controllers.OPERATIONS[spec.operation])
+    layers = (registry.PROTECTIONS[spec.protection], registry.OPERATIONS[spec.operation])
     foreign = foreign_sha256(*(layer.build for layer in layers))
     return {
         "protection": spec.protection,
         "operation": spec.operation,
         "radio": spec.radio,
-        "options": controllers.options_of(spec),
+        "options": registry.options_of(spec),
         **({"sources_sha256": foreign} if foreign else {}),
     }
 

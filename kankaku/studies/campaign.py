@@ -18,12 +18,13 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from kankaku import controllers, interrupts
+from kankaku import interrupts
 from kankaku.analysis import FaultTables, delay_s, publish_faults, refuse_foreign
 from kankaku.analysis.schema import write_whole
+from kankaku.controllers import registry
+from kankaku.controllers.control_map.map_protection import ControlMapOptions, Memory
 from kankaku.controllers.control_map.measuring import CENTRE_ROW, Notice
 from kankaku.controllers.control_map.wrong_maps import WrongMaps
-from kankaku.controllers.protection.control_map import ControlMapOptions, Memory
 from kankaku.railway.failures.random_failures import draw_fault
 from kankaku.railway.failures.unit_failures import Fault, FaultKind, Variant
 from kankaku.railway.plan.scenario import ControllerSpec
@@ -125,7 +126,7 @@ class Campaign:
             "scenario_sha256": scenario.digest,
             "seed": self.study.seeds[0],
             "controller": spec.name,
-            "options": controllers.options_of(spec),
+            "options": registry.options_of(spec),
             "step_s": self.study.step_s,
             "versions": {name: version(name) for name in VERSIONED},
             "sources_sha256": sources_sha256(),

@@ -15,7 +15,6 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from kankaku import controllers
 from kankaku.analysis import (
     CAPACITY_FILES,
     Assessment,
@@ -26,6 +25,7 @@ from kankaku.analysis import (
     publish_capacity,
     refuse_foreign,
 )
+from kankaku.controllers import registry
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.capacity.blocking_time import Headway, blocking_times_s, technical_headways
 from kankaku.railway.capacity.compression import least_shifts_s, occupation_s
@@ -136,7 +136,7 @@ def assess_capacity(
         raise StudyError(msg)
     world = world_of(study.scenario, study.step_s)
     radio = study.scenario.radio
-    built = {spec.name: foresight_of(controllers.build(spec, world, radio)) for spec in specs}
+    built = {spec.name: foresight_of(registry.build(spec, world, radio)) for spec in specs}
     first_alike = _first_alike(specs)
     kinds = {name: built[name] for name in dict.fromkeys(first_alike.values())}
     headways, failed = _headways(world, kinds, row)
@@ -220,7 +220,7 @@ def pattern_of_peak(timetable: Timetable) -> PeakPattern:
 
 def _first_alike(specs: Sequence[ControllerSpec]) -> dict[str, str]:
     """Return for each controller the first one with the same protection."""
-    kinds = {spec.name: controllers.options_of(spec)["protection"] for spec in specs}
+    kinds = {spec.name: registry.options_of(spec)["protection"] for spec in specs}
     by_name = {spec.name: (spec.protection, spec.radio, kinds[spec.name]) for spec in specs}
     names = list(by_name)
     return {
@@ -273,7 +273,7 @@ def assess_by_theory(study: Study, spec: ControllerSpec) -> Assessment:
         Nothing in it is simulated.
     """
     world = world_of(study.scenario, study.step_s)
-    controller = controllers.build(spec, world, study.scenario.radio)
+    controller = registry.build(spec, world, study.scenario.radio)
     pattern = pattern_of_peak(study.scenario.timetable)
     row, service = pattern.row, study.scenario.timetable.services[pattern.row]
     foresight = foresight_of(controller)

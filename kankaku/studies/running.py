@@ -13,9 +13,10 @@ from typing import TypeAlias
 
 import pandas as pd
 
-from kankaku import controllers, interrupts
+from kankaku import interrupts
 from kankaku.analysis import SweepTables, publish, read_run, run_folder, shown_delays_s
 from kankaku.analysis.results import RUN_RECORD
+from kankaku.controllers import registry
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World
 from kankaku.store import failed_runs, run_store
@@ -258,7 +259,7 @@ class Running:
             for kept, delay_s in ran
         ]
         radio = study.scenario.radio
-        built = [controllers.build(spec, self._world, radio) for spec in self._specs()]
+        built = [registry.build(spec, self._world, radio) for spec in self._specs()]
         findings = publish(
             work,
             study.scenario,

@@ -13,8 +13,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from kankaku import controllers
 from kankaku.analysis import RESULT_FILES, refuse_foreign, run_tables
+from kankaku.controllers import registry
 from kankaku.controllers.choosing import named, with_settings
 from kankaku.railway.failures.unit_failures import Fault
 from kankaku.railway.loop.simulate import simulate
@@ -131,14 +131,14 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         raise StudyError("; ".join(f"{item.leg.train_type}: {item}" for item in weak))
     world = world_of(scenario, step_s)
     delays_s = scenario.dwell_delays.draw(scenario.timetable, seed)
-    bare = controllers.build(spec, world, scenario.radio)
+    bare = registry.build(spec, world, scenario.radio)
     controller = replace(
         bare,
         protection=wrap("protection", bare.protection),
         operation=wrap("operation", bare.operation),
         drive=wrap("drive", bare.drive),
     )
-    peer = controllers.PEERS[spec.peer] if spec.peer else None
+    peer = registry.PEERS[spec.peer] if spec.peer else None
     write = partial(build_native, moving_block=peer.moving_block) if peer else build
     engine: type[NativeEngine | SumoEngine] = NativeEngine if peer else SumoEngine
     record = None
@@ -210,7 +210,7 @@ def run_study(
     refuse_foreign(folder, RESULT_FILES)
     world = world_of(study.scenario, study.step_s)
     for spec in study.specs:
-        controllers.build(spec, world, study.scenario.radio)
+        registry.build(spec, world, study.scenario.radio)
     if cache := chosen_cache():
         refuse_unwritable(cache, CACHE)
     with held(folder) as work:

@@ -6,7 +6,7 @@ from typing import cast
 
 import numpy as np
 
-from kankaku import controllers
+from kankaku.controllers import registry
 from kankaku.railway.capacity.permitted import permitted_profile
 from kankaku.railway.motion.journey import Journey, technical_journey
 from kankaku.railway.plan.disruptions import UNDISTURBED
@@ -79,7 +79,7 @@ def simulated_headway_s(
     steps = max(round(RESOLUTION_S / study.step_s), 1)
     unit_s = steps * study.step_s
     world = world_of(study.scenario, study.step_s)
-    foresight = foresight_of(controllers.build(spec, world, study.scenario.radio))
+    foresight = foresight_of(registry.build(spec, world, study.scenario.radio))
     journey = technical_journey(world, permitted_profile(world, foresight, row), row)
 
     def is_free(units: int) -> bool:

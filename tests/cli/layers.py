@@ -3,10 +3,10 @@
 import time
 from typing import TYPE_CHECKING, cast
 
-from kankaku import controllers
 from kankaku.commands import app
-from kankaku.controllers import Layer
+from kankaku.controllers import registry
 from kankaku.controllers.protection.moving_block import Ahead, MovingBlock, MovingBlockOptions
+from kankaku.controllers.registry import Layer
 from kankaku.railway.step.state import Authority, LineState
 
 if TYPE_CHECKING:
@@ -37,8 +37,8 @@ STUCK = Layer(Stuck, MovingBlockOptions, "never answers")
 
 if __name__ in {"__main__", "__mp_main__"}:
     # Worker processes import this module, too, under the second name.
-    registry = cast("MutableMapping[str, Layer]", controllers.PROTECTIONS)
-    registry.update(blind=BLIND, stuck=STUCK)
+    known = cast("MutableMapping[str, Layer]", registry.PROTECTIONS)
+    known.update(blind=BLIND, stuck=STUCK)
 
 if __name__ == "__main__":
     app.end_as_by_ctrl_c()

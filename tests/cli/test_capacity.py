@@ -7,9 +7,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from kankaku import controllers
-from kankaku.controllers import Layer
+from kankaku.controllers import registry
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
+from kankaku.controllers.registry import Layer
 from kankaku.railway.arrays import FloatArray
 from tests.cli.command import FAILED, Screen, contents, kankaku, refused, two_controllers
 from tests.unit.scenario_folder import replace
@@ -197,7 +197,7 @@ def test_a_controller_that_cannot_be_assessed_costs_no_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     layer = Layer(Blank, MovingBlockOptions, "cannot say")
-    monkeypatch.setitem(controllers.PROTECTIONS, "blank", layer)
+    monkeypatch.setitem(registry.PROTECTIONS, "blank", layer)
     folder = two_controllers(tmp_path / "small", protection="blank")
     command = ("capacity", folder, "--out", tmp_path / "out", "--jobs", "1", "--simulate", "none")
     screen = kankaku(*command)

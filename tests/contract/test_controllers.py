@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kankaku.controllers import OPERATIONS, PROTECTIONS, ControllerError, build
+from kankaku.controllers.registry import OPERATIONS, PROTECTIONS, ControllerError, build
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.scenario import ControllerSpec, Option, Scenario
 from kankaku.railway.plan.timetable import Timetable

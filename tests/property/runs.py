@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 from hypothesis import strategies as st
 
-from kankaku.controllers import build
+from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.failures.unit_failures import Fault
 from kankaku.railway.loop.simulate import simulate

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kankaku.controllers import PROTECTIONS, ControllerError, Medium, build
 from kankaku.controllers.drive import TractionDrive
+from kankaku.controllers.registry import PROTECTIONS, ControllerError, Medium, build
 from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray
 from kankaku.railway.plan.disruptions import unobstructed
 from kankaku.railway.plan.line import Block, Gradient, Line, Platform, Section, SpeedLimit, Track

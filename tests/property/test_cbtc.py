@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kankaku.controllers import build
+from kankaku.controllers.registry import build
 from kankaku.railway.arrays import BoolArray
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from tests.property.dense_run import Radio

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kankaku.controllers import OPERATIONS
+from kankaku.controllers.registry import OPERATIONS
 from kankaku.railway.plan.line import Gradient, SpeedLimit
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.timetable import Timetable

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kankaku.controllers import OPERATIONS, build
+from kankaku.controllers.registry import OPERATIONS, build
 from kankaku.railway.plan.line import Gradient
 from kankaku.railway.plan.scenario import ControllerSpec
 from tests.property.runs import random_gradients, run, solo_scenario

@@ -7,7 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from kankaku.controllers.control_map.run import (
+from kankaku.controllers.control_map.planned_run import (
     Pace,
     Place,
     Trains,

@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from kankaku.controllers import build
+from kankaku.controllers.control_map.map_protection import ControlMapOptions
 from kankaku.controllers.control_map.wrong_maps import WrongMaps
-from kankaku.controllers.protection.control_map import ControlMapOptions
+from kankaku.controllers.registry import build
 from kankaku.railway.failures.random_failures import draw_fault
 from kankaku.railway.failures.unit_failures import Fault, FaultKind, Variant
 from kankaku.railway.plan.scenario import Scenario

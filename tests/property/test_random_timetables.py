@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kankaku.controllers import OPERATIONS
+from kankaku.controllers.registry import OPERATIONS
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.records import RunRecord
 from tests.property.runs import Observed, loop_station_scenario, run

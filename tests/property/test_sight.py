@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kankaku.controllers import build
+from kankaku.controllers.registry import build
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Protection

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kankaku.controllers import PROTECTIONS
+from kankaku.controllers.registry import PROTECTIONS
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, Obstacle, PointsFailure
 from kankaku.railway.plan.line import Crossing, Line, Turnout
 from kankaku.railway.plan.scenario import Scenario

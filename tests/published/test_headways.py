@@ -6,7 +6,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from kankaku import controllers
+from kankaku.controllers import registry
 from kankaku.railway.capacity.blocking_time import blocking_times_s, technical_headways
 from kankaku.railway.capacity.permitted import permitted_profile
 from kankaku.railway.motion.journey import technical_journey
@@ -61,7 +61,7 @@ def clears_s(runs_m: float) -> float:
 
 def foresight_of(world: World, protection: str, **options: float | tuple[float, ...]) -> Foresight:
     spec = ControllerSpec("x", protection, "close_up", options, {})
-    return cast("Foresight", controllers.build(spec, world).protection)
+    return cast("Foresight", registry.build(spec, world).protection)
 
 
 @pytest.mark.parametrize(

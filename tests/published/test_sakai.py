@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from kankaku.controllers import build
 from kankaku.controllers.operation.approach_point import Plans
+from kankaku.controllers.registry import build
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.control import Operation

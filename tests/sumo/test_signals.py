@@ -13,7 +13,7 @@ import libsumo
 import numpy as np
 import pytest
 
-from kankaku import controllers
+from kankaku.controllers import registry
 from kankaku.railway.arrays import BoolArray
 from kankaku.railway.loop.simulate import simulate
 from kankaku.railway.plan.dwell import DwellDelays, Overstay
@@ -136,7 +136,7 @@ SCENARIOS = {
 
 def run(scenario: Scenario, files: SumoFiles, note: Noted, *, gui: bool) -> RunRecord:
     world = world_of(scenario)
-    controller = controllers.build(CLOSE_UP, world)
+    controller = registry.build(CLOSE_UP, world)
     with SumoEngine(files, world, gui=gui) as engine:
         return simulate(
             world,

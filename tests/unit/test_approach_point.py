@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from kankaku.controllers import ControllerError, build
 from kankaku.controllers.operation import approach_point as rules
 from kankaku.controllers.operation.approach_plan import ApproachPoint, Site, approach_point
 from kankaku.controllers.operation.approach_point import Plans
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS
+from kankaku.controllers.registry import ControllerError, build
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.scenario import ControllerSpec, Option, Scenario
 from kankaku.railway.plan.timetable import Timetable

@@ -4,8 +4,8 @@ from typing import cast
 
 import pytest
 
-from kankaku.controllers import OPERATIONS, PROTECTIONS, ControllerError, Layer, options_of
 from kankaku.controllers.choosing import changed_options, named, with_settings
+from kankaku.controllers.registry import OPERATIONS, PROTECTIONS, ControllerError, Layer, options_of
 from kankaku.railway.plan.scenario import ControllerSpec
 
 PLAIN = ControllerSpec("plain", "moving_block", "two_stage", {"margin_m": 10.0}, {})

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kankaku.controllers import build
-from kankaku.controllers.protection.control_map import ControlMap, ControlMapOptions, Memory
+from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions, Memory
+from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.failures.unit_failures import Fault
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions

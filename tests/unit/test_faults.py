@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kankaku.controllers import build
+from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions, Memory
 from kankaku.controllers.control_map.measuring import RATIO, Notice
 from kankaku.controllers.control_map.wrong_maps import WrongMaps
-from kankaku.controllers.protection.control_map import ControlMap, ControlMapOptions, Memory
+from kankaku.controllers.registry import build
 from kankaku.railway.failures.random_failures import DURATION_S, SIZE, WHEEL_S, draw_fault
 from kankaku.railway.failures.unit_failures import (
     CENTRE,

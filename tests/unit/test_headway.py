@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from kankaku import controllers
+from kankaku.controllers import registry
 from kankaku.controllers.protection.multi_step_atc import MultiStepAtc
 from kankaku.railway.capacity.blocking_time import (
     Given,
@@ -77,7 +77,7 @@ def _calls(ready_s: float) -> tuple[Call, ...]:
 
 def protection(world: World, name: str, **options: float) -> Foresight:
     spec = ControllerSpec("x", name, "close_up", options, {})
-    return cast("Foresight", controllers.build(spec, world).protection)
+    return cast("Foresight", registry.build(spec, world).protection)
 
 
 def into_mid_s(world: World, foresight: Foresight) -> float:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kankaku.controllers import build
 from kankaku.controllers.drive import TractionDrive
+from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
 from kankaku.railway.plan.line import Crossing, Gradient, SpeedLimit

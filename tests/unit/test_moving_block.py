@@ -7,10 +7,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kankaku.controllers import PROTECTIONS, ControllerError, build
 from kankaku.controllers.drive import TractionDrive
 from kankaku.controllers.options import OptionError
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
+from kankaku.controllers.registry import PROTECTIONS, ControllerError, build
 from kankaku.railway.plan.line import SpeedLimit
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.railway.plan.world import World

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kankaku.controllers import ControllerError, build
 from kankaku.controllers.options import OptionError
 from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions, Shown
+from kankaku.controllers.registry import ControllerError, build
 from kankaku.railway.plan.line import Gradient, SpeedLimit
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.railway.plan.world import World

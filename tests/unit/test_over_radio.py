@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kankaku.controllers import ControllerError, build
+from kankaku.controllers.centre.over_radio import HORIZON_S, OnAir, OverRadio
 from kankaku.controllers.protection.ceiling import LineCeiling
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
-from kankaku.controllers.protection.over_radio import HORIZON_S, OnAir, OverRadio
+from kankaku.controllers.registry import ControllerError, build
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.radio.data_link import LOSSLESS, Outage, Radio, RadioSpec

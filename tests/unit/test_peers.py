@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kankaku.controllers import PEERS, ControllerError, build, options_of
 from kankaku.controllers.protection.moving_block import MovingBlockOptions
+from kankaku.controllers.registry import PEERS, ControllerError, build, options_of
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.scenarios import Fault, ScenarioError, load
 from tests.unit.scenario_folder import replace, write_scenario

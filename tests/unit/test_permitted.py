@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from kankaku import controllers
+from kankaku.controllers import registry
 from kankaku.railway.capacity.permitted import permitted_profile
 from kankaku.railway.motion.journey import Journey, booked_journey, technical_journey
 from kankaku.railway.plan.line import Block, Line
@@ -50,7 +50,7 @@ def atc_spec(counted_blocks: float = 2.0) -> ControllerSpec:
 
 
 def atc_on(world: World) -> Foresight:
-    return cast("Foresight", controllers.build(atc_spec(), world).protection)
+    return cast("Foresight", registry.build(atc_spec(), world).protection)
 
 
 def journey_on(world: World) -> Journey:
@@ -102,7 +102,7 @@ def test_protections_that_permit_the_line_speed_leave_the_profile_as_it_is(name:
 
 def test_blocks_that_never_show_the_top_code_are_told_with_room_and_need() -> None:
     world = world_on(line_with(EVEN))
-    told = controllers.warnings([atc_spec(), replace(atc_spec(), name="twin")], world)
+    told = registry.warnings([atc_spec(), replace(atc_spec(), name="twin")], world)
     # 60 m in the idle time, two steps of 3 m, and 371.9 m of braking.
     # Behind the last block trains leave the line, so that the last two show the top code.
     sentence = (
@@ -115,7 +115,7 @@ def test_blocks_that_never_show_the_top_code_are_told_with_room_and_need() -> No
 def test_a_single_block_is_told_with_the_one_that_is_too_short_behind_it() -> None:
     # b3 is too short to brake in from 108 km/h; b2, which shows 45 km/h for that, is not.
     edges_m = [0.0, 600.0, 1200.0, 1800.0, 1950.0, *np.arange(2550.0, 8400.0, 600.0), 9000.0]
-    (sentence,) = controllers.warnings([atc_spec(counted_blocks=1.0)], world_on(line_with(edges_m)))
+    (sentence,) = registry.warnings([atc_spec(counted_blocks=1.0)], world_on(line_with(edges_m)))
     assert sentence == (
         "atc: block b2 never shows more than 45 km/h: from 108 km/h a train needs 541.0 m to stop "
         "in block b3, which has 150.0 m"
@@ -126,4 +126,4 @@ def test_layouts_whose_blocks_are_long_enough_and_other_protections_are_not_doub
     world = world_on(line_with(np.arange(0.0, 9001.0, 600.0).tolist()))
     plain = ControllerSpec("plain", "moving_block", "close_up", {}, {})
     peer = ControllerSpec("peer", "", "", {}, {}, peer="sumo_native_fixed")
-    assert controllers.warnings([atc_spec(), plain, peer], world) == ()
+    assert registry.warnings([atc_spec(), plain, peer], world) == ()

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kankaku.controllers import build
+from kankaku.controllers.control_map import map_protection
+from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions, Memory
 from kankaku.controllers.control_map.planner import Plan
 from kankaku.controllers.control_map.wrong_maps import WrongMaps
-from kankaku.controllers.protection import control_map
-from kankaku.controllers.protection.control_map import ControlMap, ControlMapOptions, Memory
+from kankaku.controllers.registry import build
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.failures.unit_failures import Fault, Variant
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
@@ -109,7 +109,7 @@ def test_a_work_zone_that_does_not_wait_for_acknowledgements_is_found(
     def never(latched: BoolArray, *_: object) -> BoolArray:
         return np.zeros_like(latched)
 
-    monkeypatch.setattr(control_map, "emergency", never)
+    monkeypatch.setattr(map_protection, "emergency", never)
     scenario = two_trains(300.0)
     # The train is told its way at full speed, and then nothing any more.
     from_s = READY_S + 52.0

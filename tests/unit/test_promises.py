@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kankaku.controllers import build
+from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.plan.line import Crossing
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario

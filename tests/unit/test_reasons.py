@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from kankaku.analysis.tables import run_tables
-from kankaku.controllers import build
+from kankaku.controllers.registry import build
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, Obstacle
 from kankaku.railway.plan.line import Crossing, SpeedLimit

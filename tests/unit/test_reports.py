@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kankaku.controllers.reports import emergency, no_reports, radio_of, take_reports
+from kankaku.controllers.centre.reports import emergency, no_reports, radio_of, take_reports
 from kankaku.railway.radio.data_link import Radio, RadioSpec
 from kankaku.railway.step.state import LineState
 from tests.states import behind

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kankaku.controllers import build
+from kankaku.controllers.registry import build
 from kankaku.railway.loop.simulate import simulate
 from kankaku.railway.plan.dwell import DwellDelays, Overstay
 from kankaku.railway.plan.scenario import Scenario

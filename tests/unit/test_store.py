@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from kankaku import controllers
 from kankaku.analysis import publishing, read_results
-from kankaku.controllers import Layer
+from kankaku.controllers import registry
 from kankaku.controllers.protection.moving_block import Ahead, MovingBlock, MovingBlockOptions
+from kankaku.controllers.registry import Layer
 from kankaku.railway.step.state import Authority, LineState
 from kankaku.store import run_store
 from kankaku.store.fingerprint import content_sha256
@@ -103,7 +103,7 @@ def test_a_run_that_fails_costs_no_other_run_and_is_made_up_for_later(
     results = tmp_path / "out" / "small"
     use_for_second(folder, "own")
     layer = Layer(Breaking, MovingBlockOptions, "breaks")
-    monkeypatch.setitem(controllers.PROTECTIONS, "own", layer)
+    monkeypatch.setitem(registry.PROTECTIONS, "own", layer)
     screen = compare()
     assert screen.status == FAILED
     assert "1 failure\n" in screen.complaints
@@ -245,7 +245,7 @@ def test_trains_that_meet_are_told_of_even_if_the_engine_then_fails(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setitem(controllers.PROTECTIONS, "blind", BLIND)
+    monkeypatch.setitem(registry.PROTECTIONS, "blind", BLIND)
     monkeypatch.setattr(study, "SumoEngine", Failing)
     replace(
         folder, "scenario.toml", '"moving_block"\noperation = "two', '"blind"\noperation = "two'

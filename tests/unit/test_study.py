@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from kankaku import controllers
 from kankaku.analysis import read_results
 from kankaku.commands import app
+from kankaku.controllers import registry
 from kankaku.scenarios import load
 from kankaku.studies import study
 from tests.cli.command import contents, kankaku, two_controllers
@@ -28,7 +28,7 @@ def folder(tmp_path: Path) -> Path:
 @pytest.fixture
 def unsafe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return a scenario whose second controller drives into a standing train."""
-    monkeypatch.setitem(controllers.PROTECTIONS, "blind", BLIND)
+    monkeypatch.setitem(registry.PROTECTIONS, "blind", BLIND)
     folder = two_controllers(tmp_path / "small", protection="blind")
     replace(folder, "scenario.toml", "[[overstays]]", LONG_OVERSTAY)
     return folder
@@ -62,7 +62,7 @@ def test_runs_in_a_window_come_one_after_the_other(folder: Path) -> None:
 
 
 def test_an_unknown_controller_is_refused_with_those_known(folder: Path) -> None:
-    with pytest.raises(controllers.ControllerError, match="allowed: plain, second"):
+    with pytest.raises(registry.ControllerError, match="allowed: plain, second"):
         study.choose(folder, names=("fast",))
 
 

@@ -7,8 +7,8 @@ LEADERS = "railway/wayside/leaders.py"
 TRACKSIDE = "railway/wayside/trackside.py"
 DRIVE = "controllers/drive.py"
 MOVING_BLOCK = "controllers/protection/moving_block.py"
-OVER_RADIO = "controllers/protection/over_radio.py"
-CONTROL_MAP = "controllers/protection/control_map.py"
+OVER_RADIO = "controllers/centre/over_radio.py"
+CONTROL_MAP = "controllers/control_map/map_protection.py"
 BRAKE = "train.service_brake_mps2 * (grid_m - origin_m)"
 TAIL = "tail_m = front_m - self._world.length_m"
 TOUCHED = "[train]:\n            circuit = circuits.piece[place]\n            touched_s[circuit] ="
@@ -215,7 +215,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "traction +10 %",
         "moving",
         (
-            "controllers/pull.py",
+            "railway/motion/traction_table.py",
             "gains.append(step_s * kind.level_acceleration_mps2(np.maximum(half_way, 0.0)))",
             (
                 "more_mps2 = 0.1 * kind.traction.force_n(half_way) / kind.inertial_mass_kg\n"

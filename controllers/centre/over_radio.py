@@ -21,8 +21,14 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from kankaku.controllers.centre.reports import (
+    Reports,
+    emergency,
+    no_reports,
+    radio_of,
+    take_reports,
+)
 from kankaku.controllers.protection.ceiling import LineCeiling
-from kankaku.controllers.reports import Reports, emergency, no_reports, radio_of, take_reports
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled, plain
 from kankaku.railway.plan.profile import at_each

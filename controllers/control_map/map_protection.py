@@ -23,6 +23,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kankaku.controllers.centre.reports import (
+    Reports,
+    emergency,
+    no_reports,
+    radio_of,
+    take_reports,
+)
 from kankaku.controllers.control_map.measuring import (
     CENTRE_ROW,
     EARLY_S,
@@ -38,13 +45,12 @@ from kankaku.controllers.control_map.onboard import (
     keep_bands,
     may_leave,
 )
+from kankaku.controllers.control_map.planned_run import Pace, trains_of
 from kankaku.controllers.control_map.planner import Horizon, Known, Plan, make_plan
-from kankaku.controllers.control_map.run import Pace, trains_of
 from kankaku.controllers.control_map.telegrams import COMMANDS, Sent, limits_m, nothing_sent
-from kankaku.controllers.control_map.way import Obstructions, order_of
+from kankaku.controllers.control_map.way_ahead import Obstructions, order_of
 from kankaku.controllers.options import require
 from kankaku.controllers.protection.ceiling import LineCeiling, braked_to_mps
-from kankaku.controllers.reports import Reports, emergency, no_reports, radio_of, take_reports
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.compiled import plain
 from kankaku.railway.plan.world import World

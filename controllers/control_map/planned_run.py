@@ -14,10 +14,10 @@ from kankaku.controllers.protection.ceiling import (
     ceiling_ahead_mps,
     ceiling_figures,
 )
-from kankaku.controllers.pull import Pull, pull_of, pulled_mps
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
 from kankaku.railway.motion.kinematics import next_speed_mps
+from kankaku.railway.motion.traction_table import Pull, pull_of, pulled_mps
 from kankaku.railway.plan.profile import at, braking_loss_mps
 from kankaku.railway.plan.world import World
 

@@ -1,0 +1,1 @@
+"""What a centre knows by reports, and what trains do with limits that come by radio."""

@@ -1,0 +1,317 @@
+"""
+The registry of controllers: a protection and an operation, each one file and one line here.
+
+A protection or operation is built from the world and an options dataclass, whose fields are
+the keys that a scenario file may set.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, fields
+from enum import Enum
+from functools import partial
+from typing import Any, NamedTuple, TypeAlias
+
+from kankaku.controllers.centre.over_radio import OverRadio
+from kankaku.controllers.control_map.map_operation import FollowPlan, FollowPlanOptions
+from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions
+from kankaku.controllers.drive import TractionDrive
+from kankaku.controllers.operation.approach_point import ApproachPointControl, ApproachPointOptions
+from kankaku.controllers.operation.close_up import CloseUp, CloseUpOptions
+from kankaku.controllers.operation.eco import Eco, EcoOptions
+from kankaku.controllers.operation.two_stage import TwoStage, TwoStageOptions
+from kankaku.controllers.options import OptionError
+from kankaku.controllers.peers import PEERS, build_peer
+from kankaku.controllers.protection.atd import Atd, AtdOptions
+from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
+from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
+from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
+from kankaku.railway.plan.scenario import ControllerSpec, Option
+from kankaku.railway.plan.world import World
+from kankaku.railway.radio.data_link import LOSSLESS, RadioSpec, keeps_pace
+from kankaku.railway.step.control import Controller
+
+__all__ = [
+    "OPERATIONS",
+    "PEERS",
+    "PROTECTIONS",
+    "ControllerError",
+    "Medium",
+    "Registry",
+    "build",
+    "choose_layer",
+    "options_of",
+    "warnings",
+]
+
+
+class Medium(Enum):
+    """How the permissions of a protection reach the trains."""
+
+    TRACK = "through the track: ``radio = true`` is refused"
+    EITHER = "at once, or with ``radio = true`` by radio from a centre that has reports only"
+    RADIO = "always by radio: the protection is built from the radio, too"
+
+
+class Layer(NamedTuple):
+    """
+    How to build a protection or an operation.
+
+    A protection is built from the world and its options, an operation also from the
+    protection, which is its foresight.
+    """
+
+    build: Callable[..., Any]
+    options: type[Any]
+    summary: str
+    medium: Medium = Medium.TRACK
+
+
+Registry: TypeAlias = Mapping[str, Layer]
+
+PROTECTIONS: Registry = {
+    "moving_block": Layer(
+        MovingBlock,
+        MovingBlockOptions,
+        "up to the leader's rear, taken as standing",
+        Medium.EITHER,
+    ),
+    "multi_step_atc": Layer(
+        MultiStepAtc, MultiStepAtcOptions, "a speed code per block by the free blocks ahead"
+    ),
+    "atd": Layer(Atd, AtdOptions, "one braking curve over the same blocks, as a fine staircase"),
+    "relative_braking": Layer(
+        RelativeBraking,
+        RelativeBrakingOptions,
+        "counts on the leader's braking distance: NOT safe if a leader derails or collides",
+        Medium.EITHER,
+    ),
+    "control_map": Layer(
+        ControlMap,
+        ControlMapOptions,
+        "a centre plans bands that do not overlap and commands trains by radio (Sugiyama 2018)",
+        Medium.RADIO,
+    ),
+}
+
+OPERATIONS: Registry = {
+    "close_up": Layer(CloseUp, CloseUpOptions, "as fast as the authority allows"),
+    "two_stage": Layer(
+        TwoStage, TwoStageOptions, "two-stage deceleration with pre-deceleration (Sato 2025)"
+    ),
+    "two_stage_plain": Layer(
+        partial(TwoStage, pre_deceleration=False),
+        TwoStageOptions,
+        "two-stage deceleration without pre-deceleration (Sato 2025)",
+    ),
+    "approach_point": Layer(
+        ApproachPointControl,
+        ApproachPointOptions,
+        "passes the approach point when the way becomes free (Sakai 2020)",
+    ),
+    "eco": Layer(
+        Eco, EcoOptions, "arrives at the booked time with the least energy (Kawashima 1991)"
+    ),
+    "control_map": Layer(FollowPlan, FollowPlanOptions, "as the centre of a control map commands"),
+}
+
+
+_KINDS: Mapping[object, tuple[type, str]] = {
+    bool: (bool, "true or false"),
+    float: (float, "a number"),
+}
+"""What a value is that an option of some type can have; other options are lists."""
+
+
+class ControllerError(ValueError):
+    """A controller that cannot be built: which key, what is wrong, what is allowed."""
+
+    def __init__(self, where: str, problem: str, allowed: str) -> None:
+        super().__init__(f"{where}: {problem}; allowed: {allowed}")
+        self.where = where
+        self.problem = problem
+        self.allowed = allowed
+
+
+def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Controller:
+    """
+    Build a controller.
+
+    Parameters
+    ----------
+    spec
+        Names and options of its layers.
+    world
+        The line and its trains.
+    radio
+        What commands go by that go by radio.
+
+    Returns
+    -------
+    Controller
+        Protection, operation and drive.
+
+    Raises
+    ------
+    ControllerError
+        If a layer or an option is unknown, an option's value is not allowed, or the radio does
+        not keep pace with the steps.
+    """
+    # No name in a file has a plus sign: that one comes from the command line.
+    where = f"--controller {spec.name}" if "+" in spec.name else f"controllers.{spec.name}"
+    if spec.peer is not None:
+        try:
+            return build_peer(spec.name, spec.peer, world)
+        except OptionError as error:
+            raise ControllerError(
+                where=f"{where}.peer", problem=error.problem, allowed=error.allowed
+            ) from error
+    make_protection, protection_options, medium = choose_layer(
+        PROTECTIONS, f"{where}.protection", spec.protection, spec.protection_options
+    )
+    make_operation, operation_options, _ = choose_layer(
+        OPERATIONS, f"{where}.operation", spec.operation, spec.operation_options
+    )
+    if spec.radio and medium is Medium.TRACK:
+        media = {name: layer.medium for name, layer in PROTECTIONS.items()}
+        raise ControllerError(
+            where=f"{where}.radio",
+            problem=f"the commands of {spec.protection} go through the track",
+            allowed=", ".join(name for name in media if media[name] is not Medium.TRACK),
+        )
+    by_radio = spec.radio or medium is Medium.RADIO
+    if by_radio and not keeps_pace(radio.cycle_s, world.step_s):
+        raise ControllerError(
+            where=f"{where}.radio",
+            problem=f"half a cycle of {radio.cycle_s:g} s is no multiple of the step",
+            allowed=f"steps that divide {0.5 * radio.cycle_s:g} s, unlike {world.step_s:g} s",
+        )
+    try:
+        if medium is Medium.RADIO:
+            protection = make_protection(world, protection_options, radio)
+        else:
+            protection = make_protection(world, protection_options)
+    except OptionError as error:
+        raise ControllerError(
+            where=f"{where}.protection", problem=error.problem, allowed=error.allowed
+        ) from error
+    if spec.radio and medium is Medium.EITHER:
+        protection = OverRadio(protection, world, radio)
+    operation = make_operation(world, operation_options, protection)
+    return Controller(
+        spec.name,
+        protection,
+        operation,
+        TractionDrive(world),
+        protection.separation,
+        by_radio=by_radio,
+        promises=protection.promises,
+    )
+
+
+def warnings(
+    specs: Iterable[ControllerSpec], world: World, radio: RadioSpec = LOSSLESS
+) -> tuple[str, ...]:
+    """
+    Return what is allowed but doubtful in some controllers on a line.
+
+    Parameters
+    ----------
+    specs
+        The controllers.
+    world
+        The line and its trains.
+    radio
+        What commands go by that go by radio.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Sentences, with the names of the controllers that they hold for.
+
+    Raises
+    ------
+    ControllerError
+        If a controller that could be doubtful cannot be built.
+    """
+    names: dict[str, list[str]] = {}
+    for spec in specs:
+        layer = PROTECTIONS.get(spec.protection)
+        # What has nothing to say need not be built for that.
+        if layer is not None and hasattr(layer.build, "warnings"):
+            protection: Any = build(spec, world, radio).protection
+            for sentence in protection.warnings():
+                names.setdefault(sentence, []).append(spec.name)
+    return tuple(f"{', '.join(alike)}: {sentence}" for sentence, alike in names.items())
+
+
+def options_of(spec: ControllerSpec) -> dict[str, dict[str, Option]]:
+    """
+    Return all options of a controller that can be built, defaults included.
+
+    Parameters
+    ----------
+    spec
+        Names and options of its layers.
+
+    Returns
+    -------
+    dict[str, dict[str, Option]]
+        Options by layer; a peer has none.
+    """
+    if spec.peer is not None:
+        return {}
+    return {
+        "protection": asdict(PROTECTIONS[spec.protection].options(**spec.protection_options)),
+        "operation": asdict(OPERATIONS[spec.operation].options(**spec.operation_options)),
+    }
+
+
+def choose_layer(
+    registry: Registry, where: str, name: str, options: Mapping[str, Option]
+) -> tuple[Callable[..., Any], Any, Medium]:
+    """
+    Return how to build a layer, its options, and how it reaches the trains.
+
+    Parameters
+    ----------
+    registry
+        Of protections or of operations.
+    where
+        Which key names the layer, for complaints.
+    name
+        The layer.
+    options
+        Its options, as in the file.
+
+    Returns
+    -------
+    tuple[Callable[..., Any], Any, Medium]
+        What builds it, an object with all its options, and the medium.
+
+    Raises
+    ------
+    ControllerError
+        If the layer or an option is unknown, or an option's value is not allowed.
+    """
+    if name not in registry:
+        raise ControllerError(
+            where=where, problem=f"{name!r} is not known", allowed=", ".join(registry)
+        )
+    layer = registry[name]
+    known = {field.name: field.type for field in fields(layer.options)}
+    for key, value in options.items():
+        place = f"{where}_options.{key}"
+        if key not in known:
+            problem = f"option {key!r} is not known to {name}"
+            allowed = ", ".join(known) or "none"
+            raise ControllerError(where=place, problem=problem, allowed=allowed)
+        kind, allowed = _KINDS.get(known[key], (tuple, "a list of numbers"))
+        if type(value) is not kind:
+            raise ControllerError(where=place, problem=f"{value!r}", allowed=allowed)
+    try:
+        chosen = layer.options(**options)
+    except OptionError as error:
+        raise ControllerError(
+            where=f"{where}_options", problem=error.problem, allowed=error.allowed
+        ) from error
+    return layer.build, chosen, layer.medium
