@@ -8,10 +8,10 @@ from typing import Any
 
 import pandas as pd
 
-from kankaku.analysis.schema import read_csv, rows_frame
-from kankaku.analysis.summary import SUMMARY
-from kankaku.analysis.sweep import SWEPT_TABLES, read_intervals, read_sweep
-from kankaku.analysis.tables import RunTables, read_run
+from kankaku.analysis.tables.columns import read_csv, rows_frame
+from kankaku.analysis.tables.run_tables import RunTables, read_run
+from kankaku.analysis.tables.summary import SUMMARY
+from kankaku.analysis.tables.sweep import SWEPT_TABLES, read_intervals, read_sweep
 from kankaku.railway.places import name_problem
 from kankaku.railway.plan.line import Line
 from kankaku.railway.step.records import RAW_TABLES, Column

@@ -21,8 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from kankaku.analysis import LoadCase, SavedRun, run_tables, write_run
-from kankaku.analysis.saved_run import Trip
+from kankaku.analysis.saved_run import SavedRun, Trip
+from kankaku.analysis.tables.radio_tables import LoadCase
+from kankaku.analysis.tables.run_tables import run_tables, write_run
 from kankaku.railway.motion.journey import booked_journey
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.control import Operation

@@ -14,9 +14,10 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from kankaku.analysis import run_tables, summary_frame
-from kankaku.analysis.figures import write_figure
-from kankaku.analysis.loss_diagram import loss_figure
+from kankaku.analysis.figures.drawing import write_figure
+from kankaku.analysis.figures.loss_diagram import loss_figure
+from kankaku.analysis.tables.run_tables import run_tables
+from kankaku.analysis.tables.summary import summary_frame
 from kankaku.railway.step.state import Reason
 from kankaku.scenarios import load
 from kankaku.studies import study

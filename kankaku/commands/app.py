@@ -10,19 +10,13 @@ from rich.table import Table
 from typer.core import TyperCommand, TyperGroup
 
 from kankaku import interrupts
-from kankaku.analysis import (
-    CapacityTables,
-    DependabilityTables,
-    RadioTables,
-    availability_texts,
-    capacity_texts,
-    fault_texts,
-    fault_tree_texts,
-    headway_texts,
-    pattern_text,
-    radio_load_texts,
-    radio_sentences,
-)
+from kankaku.analysis.publish.capacity_publishing import CapacityTables
+from kankaku.analysis.publish.dependability_publishing import DependabilityTables
+from kankaku.analysis.publish.radio_publishing import RadioTables
+from kankaku.analysis.tables.campaign_tables import fault_texts
+from kankaku.analysis.tables.capacity_tables import capacity_texts, headway_texts, pattern_text
+from kankaku.analysis.tables.dependability import availability_texts, fault_tree_texts
+from kankaku.analysis.texts.radio_texts import radio_load_texts, radio_sentences
 from kankaku.commands.listing import Listing, controllers_of, known_controllers, versions
 from kankaku.commands.screen import (
     EXIT_BAD_INPUT,

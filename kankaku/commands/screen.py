@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from kankaku.analysis import SavedRunError
+from kankaku.analysis.saved_run import SavedRunError
 from kankaku.controllers import registry
 from kankaku.interrupts import EXIT_INTERRUPTED
 from kankaku.scenarios import ScenarioError, printable

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from kankaku.analysis.results import FAILURES
-from kankaku.analysis.schema import write_whole
+from kankaku.analysis.tables.columns import write_whole
 from kankaku.workers import Failure, attempt
 
 TROUBLE = "publishing"

@@ -16,11 +16,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
-from kankaku.analysis import run_folder, write_run
-from kankaku.analysis.publishing import PUBLISHED_FILES
-from kankaku.analysis.results import RUN_RECORD, places_of
-from kankaku.analysis.schema import json_text, read_csv, write_whole
-from kankaku.analysis.tables import RunTables, table_file
+from kankaku.analysis.publish.study_publishing import PUBLISHED_FILES
+from kankaku.analysis.results import RUN_RECORD, places_of, run_folder
+from kankaku.analysis.tables.columns import json_text, read_csv, write_whole
+from kankaku.analysis.tables.run_tables import RunTables, table_file, write_run
 from kankaku.controllers import registry
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.step.records import RAW_TABLES, UNFINISHED, VIOLATIONS

@@ -10,13 +10,13 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
-from kankaku.analysis import (
+from kankaku.analysis.publish.dependability_publishing import (
     DEPENDABILITY_FILES,
     DependabilityTables,
-    Endurance,
     publish_dependability,
-    refuse_foreign,
 )
+from kankaku.analysis.results import refuse_foreign
+from kankaku.analysis.tables.dependability import Endurance
 from kankaku.railway.failures.availability import Configuration, availability, simulate_outages
 from kankaku.railway.failures.fault_tree import FaultTree, FaultTreeError, minimal_cut_sets
 from kankaku.scenarios import load_configurations, load_fault_tree

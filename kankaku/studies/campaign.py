@@ -19,8 +19,10 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from kankaku import interrupts
-from kankaku.analysis import FaultTables, delay_s, publish_faults, refuse_foreign
-from kankaku.analysis.schema import write_whole
+from kankaku.analysis.results import refuse_foreign
+from kankaku.analysis.tables.campaign_tables import FaultTables, publish_faults
+from kankaku.analysis.tables.columns import write_whole
+from kankaku.analysis.tables.delay import delay_s
 from kankaku.controllers import registry
 from kankaku.controllers.control_map.map_protection import ControlMapOptions, Memory
 from kankaku.controllers.control_map.measuring import CENTRE_ROW, Notice

@@ -15,16 +15,13 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from kankaku.analysis import (
+from kankaku.analysis.publish.capacity_publishing import (
     CAPACITY_FILES,
-    Assessment,
     CapacityTables,
-    Occupation,
-    Stretches,
-    percent_of,
     publish_capacity,
-    refuse_foreign,
 )
+from kankaku.analysis.results import refuse_foreign
+from kankaku.analysis.tables.capacity_tables import Assessment, Occupation, Stretches, percent_of
 from kankaku.controllers import registry
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.capacity.blocking_time import Headway, blocking_times_s, technical_headways

@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 
 import pandas as pd
 
-from kankaku.analysis import SweepTables
+from kankaku.analysis.tables.sweep import SweepTables
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.store.run_store import Kept, Task
 

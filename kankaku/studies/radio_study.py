@@ -13,18 +13,10 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from kankaku.analysis import (
-    RADIO_FILES,
-    CellPoint,
-    LoadCase,
-    RadioTables,
-    SavedRun,
-    SavedRunError,
-    late_share,
-    publish_radio,
-    read_saved_run,
-    refuse_foreign,
-)
+from kankaku.analysis.publish.radio_publishing import RADIO_FILES, RadioTables, publish_radio
+from kankaku.analysis.results import refuse_foreign
+from kankaku.analysis.saved_run import SavedRun, SavedRunError, read_saved_run
+from kankaku.analysis.tables.radio_tables import CellPoint, LoadCase, late_share
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.radio.cells import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
 from kankaku.scenarios import load_radio_plan

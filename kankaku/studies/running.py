@@ -14,8 +14,10 @@ from typing import TypeAlias
 import pandas as pd
 
 from kankaku import interrupts
-from kankaku.analysis import SweepTables, publish, read_run, run_folder, shown_delays_s
-from kankaku.analysis.results import RUN_RECORD
+from kankaku.analysis.publish.study_publishing import publish
+from kankaku.analysis.results import RUN_RECORD, run_folder
+from kankaku.analysis.tables.run_tables import read_run
+from kankaku.analysis.tables.sweep import SweepTables, shown_delays_s
 from kankaku.controllers import registry
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World

@@ -13,7 +13,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from kankaku.analysis import RESULT_FILES, refuse_foreign, run_tables
+from kankaku.analysis.results import RESULT_FILES, refuse_foreign
+from kankaku.analysis.tables.run_tables import run_tables
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import named, with_settings
 from kankaku.railway.failures.unit_failures import Fault

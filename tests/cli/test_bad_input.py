@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from kankaku.analysis import read_results
+from kankaku.analysis.results import read_results
 from tests.cli.command import BAD_INPUT, FAILED, SCREEN_LINES, Screen, kankaku, peer
 from tests.unit.scenario_folder import FILES, replace, write_scenario
 

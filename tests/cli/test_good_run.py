@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from kankaku.analysis import read_results
+from kankaku.analysis.results import read_results
 from kankaku.scenarios import load
 from tests.cli.command import (
     PROJECT,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from kankaku.analysis import read_results
+from kankaku.analysis.results import read_results
 from tests.cli import layers
 from tests.cli.command import (
     PATIENCE_S,

@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from kankaku.analysis import read_saved_run
+from kankaku.analysis.saved_run import read_saved_run
 from tests.cli.command import Screen, contents, kankaku, refused
 from tests.unit.radio_folder import write_radio_scenario
 from tests.unit.scenario_folder import replace

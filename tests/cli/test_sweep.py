@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from kankaku.analysis import read_results
+from kankaku.analysis.results import read_results
 from kankaku.commands import app
 from tests.cli.command import PATIENCE_S, PROJECT, Screen, contents, is_note_of_time, kankaku, start
 from tests.unit.sweep_folder import write_sweep

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from kankaku.analysis.delay import technical_run_times_s, unhindered_arrivals_s
+from kankaku.analysis.tables.delay import technical_run_times_s, unhindered_arrivals_s
 from kankaku.railway.plan.line import Gradient, SpeedLimit
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World

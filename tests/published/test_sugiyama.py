@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kankaku.analysis import Endurance, LoadCase, SavedRun
-from kankaku.analysis.dependability import HOUR_S, ROWS
-from kankaku.analysis.saved_run import Trip
+from kankaku.analysis.saved_run import SavedRun, Trip
+from kankaku.analysis.tables.dependability import HOUR_S, ROWS, Endurance
+from kankaku.analysis.tables.radio_tables import LoadCase
 from kankaku.railway.failures.availability import (
     Configuration,
     availability,

@@ -9,12 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.patches import Rectangle
 
-from kankaku.analysis.control_map import control_map_figure
-from kankaku.analysis.figures import write_figure
-from kankaku.analysis.map_window import Window, window_of
-from kankaku.analysis.publishing import publish
+from kankaku.analysis.figures.drawing import write_figure
+from kankaku.analysis.figures.map_diagram import control_map_figure
+from kankaku.analysis.figures.map_window import Window, window_of
+from kankaku.analysis.publish.study_publishing import publish
 from kankaku.analysis.results import run_folder, stations_frame
-from kankaku.analysis.tables import RunTables, run_tables, write_run
+from kankaku.analysis.tables.run_tables import RunTables, run_tables, write_run
 from kankaku.railway.plan.disruptions import Cause, Obstruction
 from kankaku.railway.plan.scenario import Scenario
 from tests.records import READY_S, Stand, make_record, punctual, run_times_s, three_station_world

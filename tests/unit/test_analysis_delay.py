@@ -6,17 +6,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from kankaku.analysis.delay import (
+from kankaku.analysis.tables.delay import (
     primary_delay_s,
     propagation,
     secondary_delay_s,
     technical_run_times_s,
     unhindered_arrivals_s,
 )
-from kankaku.analysis.headway import departure_arrival_intervals
-from kankaku.analysis.interstation import stop_totals
-from kankaku.analysis.summary import summary_frame
-from kankaku.analysis.tables import RunTables, run_tables
+from kankaku.analysis.tables.interstation import stop_totals
+from kankaku.analysis.tables.intervals import departure_arrival_intervals
+from kankaku.analysis.tables.run_tables import RunTables, run_tables
+from kankaku.analysis.tables.summary import summary_frame
 from kankaku.railway.motion.run_curve import fastest_run
 from tests.records import (
     READY_S,

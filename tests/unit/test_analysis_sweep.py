@@ -7,12 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from kankaku.analysis.compare import comparison
-from kankaku.analysis.publishing import PUBLISHED_FILES, publish
+from kankaku.analysis.publish.study_publishing import PUBLISHED_FILES, publish
 from kankaku.analysis.results import read_results, run_folder
-from kankaku.analysis.schema import typed_frame
-from kankaku.analysis.summary import summary_frame
-from kankaku.analysis.sweep import (
+from kankaku.analysis.tables.columns import typed_frame
+from kankaku.analysis.tables.compare import comparison
+from kankaku.analysis.tables.run_tables import RunTables, run_tables, write_run
+from kankaku.analysis.tables.summary import summary_frame
+from kankaku.analysis.tables.sweep import (
     MEASURED,
     headway_margin_s,
     measured_frame,
@@ -23,7 +24,6 @@ from kankaku.analysis.sweep import (
     sweep_frame,
     sweep_texts,
 )
-from kankaku.analysis.tables import RunTables, run_tables, write_run
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.scenario import Published, Scenario, Sweep
 from kankaku.railway.step.records import Unfinished, Violation

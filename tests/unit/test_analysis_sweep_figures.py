@@ -10,10 +10,15 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 
-from kankaku.analysis.figures import colour, write_figure
-from kankaku.analysis.interval_diagram import interval_figure
-from kankaku.analysis.speed_distance import Curve, Panel, follower_panels, speed_distance_figure
-from kankaku.analysis.sweep import SweepTables, sweep_frame
+from kankaku.analysis.figures.drawing import colour, write_figure
+from kankaku.analysis.figures.interval_diagram import interval_figure
+from kankaku.analysis.figures.speed_distance import (
+    Curve,
+    Panel,
+    follower_panels,
+    speed_distance_figure,
+)
+from kankaku.analysis.tables.sweep import SweepTables, sweep_frame
 from kankaku.railway.plan.scenario import Sweep
 from tests.records import STOPS_M, three_station_world
 from tests.unit.test_analysis_sweep import DELAYS_S, SWEEP, at_least, frame, swept_run

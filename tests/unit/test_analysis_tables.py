@@ -7,7 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from kankaku.analysis.compare import (
+from kankaku.analysis.publish.study_publishing import publish
+from kankaku.analysis.results import COLUMNS, columns_frame, read_results, run_folder
+from kankaku.analysis.tables.columns import csv_text, read_csv, typed_frame
+from kankaku.analysis.tables.compare import (
     INDICATORS,
     change_pct,
     change_text,
@@ -16,12 +19,9 @@ from kankaku.analysis.compare import (
     comparison_texts,
     half_width,
 )
-from kankaku.analysis.publishing import publish
-from kankaku.analysis.report import reason_shares, report_text
-from kankaku.analysis.results import COLUMNS, columns_frame, read_results, run_folder
-from kankaku.analysis.schema import csv_text, read_csv, typed_frame
-from kankaku.analysis.summary import SUMMARY, summary_frame
-from kankaku.analysis.tables import REASONS, RunTables, run_tables, write_run
+from kankaku.analysis.tables.run_tables import REASONS, RunTables, run_tables, write_run
+from kankaku.analysis.tables.summary import SUMMARY, summary_frame
+from kankaku.analysis.texts.report import reason_shares, report_text
 from kankaku.railway.plan.disruptions import Cause, Obstruction
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.records import RAW_TABLES, Column, Unfinished, Violation

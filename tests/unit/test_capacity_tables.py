@@ -6,7 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kankaku.analysis.capacity import (
+from kankaku.analysis.figures.capacity_diagram import MARKERS, TARGETS, capacity_figure
+from kankaku.analysis.figures.capacity_stairway import MOST_PANELS, stairway_figure
+from kankaku.analysis.figures.drawing import colour, write_figure
+from kankaku.analysis.results import stations_frame
+from kankaku.analysis.tables.capacity_tables import (
     BLOCKING_TIMES,
     CAPACITY,
     HEADWAYS,
@@ -19,10 +23,6 @@ from kankaku.analysis.capacity import (
     headways_frame,
     level_of,
 )
-from kankaku.analysis.capacity_diagram import MARKERS, TARGETS, capacity_figure
-from kankaku.analysis.capacity_stairway import MOST_PANELS, stairway_figure
-from kankaku.analysis.figures import colour, write_figure
-from kankaku.analysis.results import stations_frame
 from kankaku.railway.capacity.blocking_time import Headway
 from kankaku.studies import study
 from kankaku.studies.capacity_study import assess_by_theory

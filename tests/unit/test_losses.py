@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from kankaku.analysis.loss_diagram import loss_figure
+from kankaku.analysis.figures.loss_diagram import loss_figure
 from tools.losses import emergency_brakings
 
 

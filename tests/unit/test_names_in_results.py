@@ -6,13 +6,12 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
-from kankaku.analysis import read_results
-from kankaku.analysis.figures import style, write_figure
-from kankaku.analysis.report import markdown
-from kankaku.analysis.results import RESULT_FILES, read_provenance, run_folder
+from kankaku.analysis.figures.drawing import style, write_figure
+from kankaku.analysis.results import RESULT_FILES, read_provenance, read_results, run_folder
 from kankaku.analysis.saved_run import SavedRunError, read_saved_run
-from kankaku.analysis.schema import csv_text, read_csv, typed_frame, write_whole
-from kankaku.analysis.summary import SUMMARY
+from kankaku.analysis.tables.columns import csv_text, read_csv, typed_frame, write_whole
+from kankaku.analysis.tables.summary import SUMMARY
+from kankaku.analysis.texts.report import markdown
 from kankaku.railway.places import name_problem
 from kankaku.railway.step.records import Column
 

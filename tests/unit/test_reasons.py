@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from kankaku.analysis.tables import run_tables
+from kankaku.analysis.tables.run_tables import run_tables
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, Obstacle

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from kankaku.analysis import publishing, read_results
+from kankaku.analysis.publish import study_publishing
+from kankaku.analysis.results import read_results
 from kankaku.controllers import registry
 from kankaku.controllers.protection.moving_block import Ahead, MovingBlock, MovingBlockOptions
 from kankaku.controllers.registry import Layer
@@ -64,7 +65,7 @@ def folder(tmp_path: Path) -> Path:
 def no_figures(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Publish tables alone, which takes a fraction of the time."""
     if "figures" not in request.node.name:
-        monkeypatch.setattr(publishing, "_figures", lambda *_: {})
+        monkeypatch.setattr(study_publishing, "_figures", lambda *_: {})
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from kankaku.analysis import read_results
+from kankaku.analysis.results import read_results
 from kankaku.commands import app
 from kankaku.controllers import registry
 from kankaku.scenarios import load

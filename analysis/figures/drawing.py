@@ -1,0 +1,299 @@
+"""What all figures share: colours, clock and station axes, files that can be reproduced."""
+
+import io
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, MultipleLocator
+
+from kankaku.analysis.tables.columns import write_whole
+from kankaku.railway.arrays import FloatArray
+
+PALETTE = ("#0072B2", "#D55E00", "#009E73", "#AA4499", "#56B4E9", "#E69F00", "#332288")
+"""Okabe and Ito, *Color Universal Design*, 2008, with two purples of Tol's muted scheme."""
+DASHES = ("solid", (0, (4, 1.5)), (0, (1, 1)))
+"""Line styles for controllers beyond the palette."""
+BOOKED = "#A6A6A6"
+STOP = "#111111"
+GRID = "#E9E9E9"
+INK = "#333333"
+STYLE: dict[Any, Any] = {
+    "axes.edgecolor": "#999999",
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.6,
+    "axes.titlesize": 10.0,
+    "font.family": ["DejaVu Sans"],
+    "font.size": 8.0,
+    "legend.frameon": False,
+    "path.simplify_threshold": 0.2,
+    "svg.hashsalt": "kankaku",
+    "text.color": INK,
+    # A name with a dollar sign is no formula.
+    "text.parse_math": False,
+    "xtick.color": INK,
+    "ytick.color": INK,
+}
+PNG_DPI = 160
+KMH_PER_MPS = 3.6
+_CLOCK_STEPS_S = (60, 120, 300, 600, 900, 1800, 3600, 7200, 14400)
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw in the style of the project, and leave matplotlib as it was."""
+    with mpl.rc_context(STYLE):
+        yield
+
+
+def colour(index: int) -> str:
+    """
+    Return a controller's colour.
+
+    Parameters
+    ----------
+    index
+        Place of the controller in its scenario. [-]
+
+    Returns
+    -------
+    str
+        A colour that stays distinct to colour-blind readers.
+    """
+    return PALETTE[index % len(PALETTE)]
+
+
+def dashes(index: int) -> str | tuple[float, tuple[float, ...]]:
+    """
+    Return a controller's line style.
+
+    Parameters
+    ----------
+    index
+        Place of the controller in its scenario. [-]
+
+    Returns
+    -------
+    str | tuple[float, tuple[float, ...]]
+        Solid, until the colours are used up.
+    """
+    return DASHES[index // len(PALETTE) % len(DASHES)]
+
+
+def label_of(name: str) -> str:
+    """
+    Return a name as a reader likes to see it.
+
+    Parameters
+    ----------
+    name
+        Identifier of a controller.
+
+    Returns
+    -------
+    str
+        The same with spaces.
+    """
+    return name.replace("_", " ")
+
+
+def clock(time_s: float, _position: int | None = None, *, seconds: bool = False) -> str:
+    """
+    Return a time of day.
+
+    Parameters
+    ----------
+    time_s
+        Seconds after midnight. [s]
+    seconds
+        Show seconds too.
+
+    Returns
+    -------
+    str
+        ``hh:mm`` or ``hh:mm:ss``.
+    """
+    whole = round(time_s)
+    minutes = f"{whole // 3600 % 24:02d}:{whole // 60 % 60:02d}"
+    return f"{minutes}:{whole % 60:02d}" if seconds else minutes
+
+
+def clock_axis(axes: Axes, start_s: float, end_s: float, *, ticks: int = 9) -> None:
+    """
+    Make the horizontal axis a clock.
+
+    Parameters
+    ----------
+    axes
+        Whose axis.
+    start_s, end_s
+        Seconds after midnight. [s]
+    ticks
+        How many ticks at most. [-]
+    """
+    step_s = next(
+        (step for step in _CLOCK_STEPS_S if (end_s - start_s) / step <= ticks), _CLOCK_STEPS_S[-1]
+    )
+    axes.set_xlim(start_s, end_s)
+    axes.xaxis.set_major_locator(MultipleLocator(step_s))
+    axes.xaxis.set_major_formatter(FuncFormatter(clock))
+
+
+def spread(places: FloatArray, gap: float) -> FloatArray:
+    """
+    Move labels apart just as far as they need.
+
+    Parameters
+    ----------
+    places
+        Where the labels belong, rising. shape (n,)
+    gap
+        Smallest distance between two labels. Same unit
+
+    Returns
+    -------
+    FloatArray
+        Places at least ``gap`` apart with the least sum of squared moves. shape (n,)
+
+    References
+    ----------
+    .. [1] Ayer et al., *An empirical distribution function for sampling with incomplete
+       information*, Ann. Math. Stat. 26, 1955: pool adjacent violators.
+    """
+    pools: list[tuple[float, int]] = []
+    for index, place in enumerate(places.tolist()):
+        pools.append((place - index * gap, 1))
+        while len(pools) > 1 and pools[-2][0] > pools[-1][0]:
+            (value, count), (other, others) = pools.pop(), pools.pop()
+            total = count + others
+            pools.append(((value * count + other * others) / total, total))
+    flat = np.concatenate([np.full(count, value) for value, count in pools] or [np.zeros(0)])
+    moved: FloatArray = flat + gap * np.arange(flat.size)
+    return moved
+
+
+def station_axis(axes: Axes, stations: pd.DataFrame, *, labels: bool, gap_m: float) -> None:
+    """
+    Write station names at their chainage on the vertical axis, with a faint line each.
+
+    Parameters
+    ----------
+    axes
+        Whose axis.
+    stations
+        The table ``stations``, or a part of it.
+    labels
+        Write the names; else only the lines.
+    gap_m
+        Smallest distance between two names. [m]
+    """
+    chainage_m = stations["chainage_m"].to_numpy()
+    axes.yaxis.set_major_locator(FixedLocator(chainage_m.tolist()))
+    axes.tick_params(axis="y", labelleft=False, length=0)
+    axes.grid(axis="y", color=GRID, linewidth=0.6)
+    axes.set_axisbelow(True)
+    if not labels:
+        return
+    across = axes.get_yaxis_transform()
+    for name, place, text_m in zip(
+        stations["name"], chainage_m, spread(chainage_m, gap_m), strict=True
+    ):
+        axes.plot(
+            [-0.022, -0.008, 0.0],
+            [text_m, place, place],
+            transform=across,
+            color="#999999",
+            linewidth=0.5,
+            clip_on=False,
+        )
+        axes.text(-0.026, text_m, name, transform=across, ha="right", va="center", fontsize=7.0)
+
+
+def plain_frame(axes: Axes) -> None:
+    """
+    Lay a faint grid below the lines, and leave away the frame where there is no scale.
+
+    Parameters
+    ----------
+    axes
+        Whose.
+    """
+    axes.grid(color=GRID, linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def by_train(frame: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    """
+    Split a table by train.
+
+    Parameters
+    ----------
+    frame
+        A table with a column ``train``.
+
+    Returns
+    -------
+    list[tuple[str, pd.DataFrame]]
+        Trains in order of appearance with their rows.
+    """
+    return [(str(train), rows) for train, rows in frame.groupby("train", sort=False)]
+
+
+def draw_booked(axes: Axes, calls: pd.DataFrame, *, label: str) -> None:
+    """
+    Draw the booked lines thin and grey.
+
+    Parameters
+    ----------
+    axes
+        Where.
+    calls
+        The table ``calls`` of any run.
+    label
+        Entry of the legend.
+    """
+    for index, (_, own) in enumerate(by_train(calls)):
+        times_s = own[["booked_arrival_s", "booked_departure_s"]].to_numpy().ravel()
+        axes.plot(
+            times_s,
+            np.repeat(own["stop_m"].to_numpy(), 2),
+            color=BOOKED,
+            linewidth=0.6,
+            label="_" if index else label,
+            zorder=1.5,
+        )
+
+
+def write_figure(figure: Figure, stem: Path) -> tuple[Path, ...]:
+    """
+    Write a figure as PNG and SVG, the same bytes every time.
+
+    Parameters
+    ----------
+    figure
+        The figure.
+    stem
+        Path without suffix.
+
+    Returns
+    -------
+    tuple[Path, ...]
+        The files.
+    """
+    files = []
+    kinds: Sequence[tuple[str, dict[str, str | None]]] = (("png", {}), ("svg", {"Date": None}))
+    for kind, metadata in kinds:
+        buffer = io.BytesIO()
+        with style():
+            figure.savefig(buffer, format=kind, dpi=PNG_DPI, metadata=metadata)
+        file = stem.with_suffix(f".{kind}")
+        write_whole(file, buffer.getvalue())
+        files.append(file)
+    return tuple(files)

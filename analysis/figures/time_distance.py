@@ -1,0 +1,144 @@
+"""The time-distance diagram (ダイヤ) of every controller, one panel each."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from kankaku.analysis.figures.drawing import (
+    BOOKED,
+    STOP,
+    by_train,
+    clock_axis,
+    colour,
+    draw_booked,
+    label_of,
+    station_axis,
+    style,
+)
+from kankaku.analysis.tables.interstation import stop_totals
+from kankaku.analysis.tables.run_tables import RunTables
+
+PANEL_WIDTH_IN = 7.0
+PANEL_HEIGHT_IN = 4.3
+_EDGE_S = 120.0
+
+
+def time_distance_figure(
+    runs: Sequence[RunTables], stations: pd.DataFrame, *, title: str
+) -> Figure:
+    """
+    Draw the time-distance diagrams of some runs.
+
+    Forty trains of several controllers on top of each other cannot be read, so every
+    controller has its own panel on the same axes.
+
+    Parameters
+    ----------
+    runs
+        One run per controller, baseline first.
+    stations
+        The table ``stations``.
+    title
+        Title of the figure.
+
+    Returns
+    -------
+    Figure
+        Clock time across, chainage upwards, booked lines grey, stops between stations marked.
+    """
+    columns = 1 if len(runs) == 1 else 2
+    lines = -(-len(runs) // columns)
+    size = (1.3 + PANEL_WIDTH_IN * columns, 1.2 + PANEL_HEIGHT_IN * lines)
+    with style():
+        figure = Figure(figsize=size, layout="constrained")
+        panels = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
+        served = stations[stations["station"].isin(runs[0].calls["station"])]
+        times_s = np.concatenate(
+            [run.calls[["arrival_s", "departure_s"]].to_numpy().ravel() for run in runs]
+        )
+        start_s, end_s = np.nanmin(times_s) - _EDGE_S, np.nanmax(times_s) + _EDGE_S
+        for index, (run, axes) in enumerate(zip(runs, panels.flat, strict=False)):
+            _draw_panel(axes, run, index)
+            _frame_panel(axes, served, labels=index % columns == 0)
+            clock_axis(axes, start_s, end_s)
+            axes.tick_params(axis="x", labelbottom=index + columns >= len(runs))
+        figure.suptitle(title, fontsize=13.0)
+        spare = list(panels.flat)[len(runs) :]
+        for axes in spare:
+            axes.set_axis_off()
+            axes.legend(handles=_legend(), loc="center", fontsize=10.0, labelspacing=1.0)
+        if not spare:
+            figure.legend(handles=_legend(), loc="outside lower center", ncols=4)
+    return figure
+
+
+def _frame_panel(axes: Axes, served: pd.DataFrame, *, labels: bool) -> None:
+    chainage_m = served["chainage_m"].to_numpy()
+    length_m = float(np.ptp(chainage_m))
+    axes.set_ylim(chainage_m[0] - 0.02 * length_m, chainage_m[-1] + 0.03 * length_m)
+    station_axis(axes, served, labels=labels, gap_m=0.032 * length_m)
+    axes.grid(axis="x", color="#F1F1F1", linewidth=0.6)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _draw_panel(axes: Axes, run: RunTables, index: int) -> None:
+    draw_booked(axes, run.calls, label="booked")
+    _shade_lateness(axes, run.calls, colour(index))
+    for _, own in by_train(run.trajectory):
+        axes.plot(own["time_s"], own["front_m"], color=colour(index), linewidth=0.7)
+    stops = run.interstation_stops
+    axes.scatter(
+        stops["start_s"] + stops["duration_s"] / 2,
+        stops["front_m"],
+        # Area in points: a longer stop is a larger mark, a short one can still be seen.
+        s=np.clip(5.0 + 0.5 * stops["duration_s"], None, 60.0),
+        color=STOP,
+        linewidths=0.0,
+        alpha=0.85,
+        zorder=3.0,
+    )
+    totals = stop_totals(stops)
+    plural = "" if totals.stops == 1 else "s"
+    told = f"{totals.stops} stop{plural} between stations, {totals.time_s:,.0f} s"
+    axes.set_title(label_of(run.controller), loc="left", color=colour(index), fontweight="bold")
+    axes.set_title(told if totals.stops else "no stop between stations", loc="right", fontsize=8.0)
+
+
+def _shade_lateness(axes: Axes, calls: pd.DataFrame, shade: str) -> None:
+    for _, own in by_train(calls):
+        booked_s = own[["booked_arrival_s", "booked_departure_s"]].to_numpy().ravel()
+        actual_s = own[["arrival_s", "departure_s"]].to_numpy().ravel()
+        axes.fill_betweenx(
+            np.repeat(own["stop_m"].to_numpy(), 2),
+            booked_s,
+            actual_s,
+            # A comparison with nan is false: calls never reached are not shaded.
+            where=(actual_s > booked_s).tolist(),
+            color=shade,
+            alpha=0.22,
+            linewidth=0.0,
+            zorder=1.2,
+        )
+
+
+def _legend() -> list[Artist]:
+    return [
+        Line2D([], [], color=BOOKED, linewidth=1.0, label="booked"),
+        Line2D([], [], color=colour(0), linewidth=1.4, label="run (colour of the controller)"),
+        Patch(facecolor=colour(0), alpha=0.22, label="lateness"),
+        Line2D(
+            [],
+            [],
+            color=STOP,
+            marker="o",
+            linestyle="none",
+            markersize=4.5,
+            label="stop between stations (larger is longer)",
+        ),
+    ]

@@ -1,0 +1,1 @@
+"""Results folders: tables, figures, reports and what they were made from."""

@@ -1,0 +1,1 @@
+"""Tables of declared columns: what a run, a sweep, a campaign or a capacity study comes to."""

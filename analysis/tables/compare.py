@@ -1,0 +1,246 @@
+"""
+Every controller against the first: means over runs and paired differences.
+
+A change is told in per cent only where the baseline's mean is large enough for that: of a mean
+near zero per cents are noise, and of a negative one (trains that are early) they mislead. What is
+large enough is declared beside each indicator. Elsewhere the difference itself is told.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from scipy.special import stdtrit
+
+from kankaku.analysis.tables.columns import rows_frame, rows_of
+from kankaku.analysis.tables.summary import SUMMARY
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.step.records import Column
+
+COMPARISON = (
+    Column("controller", "str", "", "name of the controller"),
+    Column("indicator", "str", "", "column of the table summary"),
+    Column("unit", "str", "", "unit of the indicator"),
+    Column("pairs", "int64", "", "runs of both controllers with equal seed and initial delay"),
+    Column("mean", "float64", "as unit", "mean over runs"),
+    Column("difference", "float64", "as unit", "mean of the paired differences to the baseline"),
+    Column("confidence_95", "float64", "as unit", "half width of its 95 % confidence interval"),
+    Column("change_pct", "float64", "%", "difference over the baseline's mean; empty if too small"),
+)
+
+
+class Indicator(NamedTuple):
+    """How an indicator is told."""
+
+    label: str
+    per_cent_above: float = 0.0
+    """Changes are told in per cent of a baseline above this. In the indicator's unit"""
+
+
+INDICATORS: Mapping[str, Indicator] = {
+    "interstation_stop_time_s": Indicator("stop time between stations", 10.0),
+    "interstation_stops": Indicator("stops between stations", 1.0),
+    "interstation_crawl_time_s": Indicator("crawl between stations", 10.0),
+    "mean_arrival_delay_s": Indicator("mean arrival delay", 5.0),
+    "final_arrival_delay_s": Indicator("delay at the last station", 5.0),
+    "secondary_delay_s": Indicator("secondary delay", 30.0),
+    "energy_gross_kwh": Indicator("energy, gross", 1.0),
+    "energy_net_kwh": Indicator("energy, net", 1.0),
+    "scheduled_speed_kmh": Indicator("scheduled speed", 1.0),
+    "jerk_mps3": Indicator("jerk, r.m.s.", 0.01),
+}
+"""Indicators that are compared, and how."""
+CONFIDENCE = 0.95
+
+
+def comparison(
+    summary: pd.DataFrame, indicators: Sequence[str] = tuple(INDICATORS)
+) -> pd.DataFrame:
+    """
+    Compare every controller with the first one of the summary.
+
+    Runs are paired by seed and initial delay: both controllers met the same dwell delays, so
+    the differences vary much less than the values. The interval is Student's for the mean of
+    the differences; over the delays of a sweep, which are no sample, it means nothing.
+
+    Parameters
+    ----------
+    summary
+        The table ``summary``.
+    indicators
+        Its columns to compare.
+
+    Returns
+    -------
+    pd.DataFrame
+        Columns ``COMPARISON``, one row per controller and indicator. ``confidence_95`` is
+        nan for a single pair, ``change_pct`` nan where :func:`change_pct` is; the baseline
+        itself differs by 0.
+    """
+    return rows_frame(_rows(summary, indicators), COMPARISON)
+
+
+def _rows(summary: pd.DataFrame, indicators: Sequence[str]) -> Iterator[dict[str, object]]:
+    units = {column.name: column.unit for column in SUMMARY}
+    by_delays = summary.set_index(["seed", "initial_delay_s"])
+    controllers = list(dict.fromkeys(summary["controller"]))
+    for controller in controllers:
+        own = by_delays[by_delays["controller"] == controller]
+        baseline = by_delays[by_delays["controller"] == controllers[0]]
+        shared = own.index.intersection(baseline.index)
+        for indicator in indicators:
+            values = own.loc[shared, indicator].to_numpy(dtype=np.float64)
+            others = baseline.loc[shared, indicator].to_numpy(dtype=np.float64)
+            differences = values - others
+            difference = float(differences.mean()) if differences.size else np.nan
+            reference = float(others.mean()) if others.size else np.nan
+            yield {
+                "controller": controller,
+                "indicator": indicator,
+                "unit": units[indicator],
+                "pairs": len(shared),
+                "mean": float(own[indicator].mean()),
+                "difference": difference,
+                "confidence_95": half_width(differences),
+                "change_pct": change_pct(indicator, difference, reference),
+            }
+
+
+def change_pct(indicator: str, difference: float, reference: float) -> float:
+    """
+    Return a change in per cent, where that means something.
+
+    Parameters
+    ----------
+    indicator
+        Its name. One that is not in ``INDICATORS`` needs a positive reference.
+    difference
+        The change. In the indicator's unit
+    reference
+        The baseline's mean. Same unit
+
+    Returns
+    -------
+    float
+        Change over reference; nan unless the reference is greater than the indicator's
+        ``per_cent_above``. [%]
+    """
+    above = INDICATORS[indicator].per_cent_above if indicator in INDICATORS else 0.0
+    return 100.0 * difference / reference if reference > above else np.nan
+
+
+def change_text(cell: Mapping[str, Any]) -> str:
+    """
+    Return a change as a reader likes to see it.
+
+    Parameters
+    ----------
+    cell
+        Unit, difference, half width of its interval and change in per cent, by the columns of
+        ``COMPARISON``.
+
+    Returns
+    -------
+    str
+        In per cent where there are any, else in the indicator's unit; after the sign ± the half
+        width where there is one.
+    """
+    difference, interval, percent = cell["difference"], cell["confidence_95"], cell["change_pct"]
+    told, unit = (difference, cell["unit"]) if np.isnan(percent) else (percent, "%")
+    decimals = _decimals(told) if np.isnan(percent) else 1
+    # Adding nothing turns a rounded -0.0 into 0.0.
+    text = f"{round(told, decimals) + 0.0:+,.{decimals}f}"
+    if difference != 0.0 and not np.isnan(interval):
+        half = abs(interval) if np.isnan(percent) else abs(interval * percent / difference)
+        text += f" ± {half:,.{decimals}f}"
+    return f"{text} {unit}".rstrip()
+
+
+def half_width(differences: FloatArray) -> float:
+    """
+    Return half the width of the 95 % confidence interval of a mean.
+
+    Parameters
+    ----------
+    differences
+        Independent values. shape (n,)
+
+    Returns
+    -------
+    float
+        ``t(0.975, n - 1) s / sqrt(n)`` with the sample standard deviation s; nan for fewer
+        than two values. Same unit
+
+    References
+    ----------
+    .. [1] Student, *The probable error of a mean*, Biometrika 6, 1908.
+    """
+    count = differences.size
+    if count < 2:
+        return np.nan
+    spread = float(differences.std(ddof=1))
+    return float(stdtrit(count - 1, 0.5 + CONFIDENCE / 2)) * spread / float(np.sqrt(count))
+
+
+def comparison_texts(compared: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
+    """
+    Return the comparison as texts, one row per indicator and one column per controller.
+
+    Parameters
+    ----------
+    compared
+        What :func:`comparison` returned.
+
+    Returns
+    -------
+    tuple[list[str], list[list[str]]]
+        Header and rows. A cell shows the mean and, but for the baseline, the change against
+        it with the half width of its 95 % interval where there are several seeds.
+    """
+    controllers = list(dict.fromkeys(compared["controller"]))
+    rows: dict[str, list[str]] = {}
+    for cell in rows_of(compared):
+        indicator, unit = cell["indicator"], cell["unit"]
+        label = INDICATORS.get(indicator, Indicator(indicator)).label
+        row = rows.setdefault(indicator, [f"{label} [{unit}]" if unit else label])
+        row.append(_cell_text(cell, baseline=cell["controller"] == controllers[0]))
+    return ["indicator", *controllers], list(rows.values())
+
+
+def comparison_note(compared: pd.DataFrame) -> str:
+    """
+    Return what the brackets of the texts hold.
+
+    Parameters
+    ----------
+    compared
+        What :func:`comparison` returned.
+
+    Returns
+    -------
+    str
+        Half a sentence.
+    """
+    baseline = compared["controller"].iloc[0]
+    told = f"In brackets: change against {baseline}"
+    others = compared[(compared["controller"] != baseline) & compared["difference"].notna()]
+    in_units = others[others["change_pct"].isna()]["indicator"]
+    labels = [INDICATORS[name].label for name in INDICATORS if name in set(in_units)]
+    if labels:
+        told += f", no per cents where it is near zero or negative ({', '.join(labels)})"
+    return told
+
+
+def _cell_text(cell: Mapping[str, Any], *, baseline: bool) -> str:
+    mean, difference = cell["mean"], cell["difference"]
+    if np.isnan(mean):
+        return "-"
+    text = f"{mean:,.{_decimals(mean)}f}"
+    return text if baseline or np.isnan(difference) else f"{text} ({change_text(cell)})"
+
+
+def _decimals(value: float) -> int:
+    if abs(value) >= 1000.0:
+        return 0
+    return 2 if 0.0 < abs(value) < 1.0 else 1

@@ -1,0 +1,1 @@
+"""Tables in words: reports in Markdown and lines for a terminal."""
