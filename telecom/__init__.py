@@ -1,5 +1,5 @@
 """Radio traffic as discrete events; the only room that knows simpy."""
 
-from kankaku.telecom.traffic import simulate
+from kankaku.telecom.radio_traffic import simulate
 
 __all__ = ["simulate"]

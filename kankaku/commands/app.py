@@ -39,7 +39,7 @@ from kankaku.commands.study_screen import report, run_shown
 from kankaku.controllers import registry
 from kankaku.interrupts import EXIT_INTERRUPTED, end_as_by_ctrl_c
 from kankaku.railway.plan.scenario import Scenario
-from kankaku.scenarios import load
+from kankaku.scenarios.reading.load import load
 from kankaku.studies import availability_study, campaign, capacity_study, radio_study, study
 from kankaku.studies.study import MOST_SEEDS, SEED_MAX, STEP_RANGE_S
 

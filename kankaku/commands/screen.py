@@ -16,7 +16,8 @@ from rich.table import Table
 from kankaku.analysis.saved_run import SavedRunError
 from kankaku.controllers import registry
 from kankaku.interrupts import EXIT_INTERRUPTED
-from kankaku.scenarios import ScenarioError, printable
+from kankaku.scenarios.reading.cell_texts import printable
+from kankaku.scenarios.reading.mistakes import ScenarioError
 from kankaku.store.holding import HeldError
 from kankaku.studies import study
 

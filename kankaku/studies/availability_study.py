@@ -19,7 +19,7 @@ from kankaku.analysis.results import refuse_foreign
 from kankaku.analysis.tables.dependability import Endurance
 from kankaku.railway.failures.availability import Configuration, availability, simulate_outages
 from kankaku.railway.failures.fault_tree import FaultTree, FaultTreeError, minimal_cut_sets
-from kankaku.scenarios import load_configurations, load_fault_tree
+from kankaku.scenarios.reading.dependability_files import load_configurations, load_fault_tree
 from kankaku.store import failed_runs
 from kankaku.store.holding import held
 from kankaku.studies.provenance import provenance_of

@@ -19,7 +19,7 @@ from kankaku.analysis.saved_run import SavedRun, SavedRunError, read_saved_run
 from kankaku.analysis.tables.radio_tables import CellPoint, LoadCase, late_share
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.radio.cells import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
-from kankaku.scenarios import load_radio_plan
+from kankaku.scenarios.reading.radio_network import load_radio_plan
 from kankaku.store import failed_runs
 from kankaku.store.holding import held
 from kankaku.studies.provenance import provenance_of

@@ -12,7 +12,7 @@ from kankaku.railway.loop.simulate import simulate
 from kankaku.railway.plan.disruptions import Cause, Obstruction
 from kankaku.railway.plan.world import build_world
 from kankaku.railway.step.records import RunRecord
-from kankaku.scenarios import load
+from kankaku.scenarios.reading.load import load
 from tests.toy_engine import ToyEngine
 
 SCENARIO = load(Path(__file__).parents[2] / "scenarios" / "control_map")

@@ -14,7 +14,8 @@ from kankaku.railway.plan.disruptions import (
     PointsFailure,
 )
 from kankaku.railway.plan.line import Crossing
-from kankaku.scenarios import ScenarioError, load
+from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.reading.mistakes import ScenarioError
 from tests.unit.scenario_folder import replace, write_scenario
 
 CROSSINGS = """\

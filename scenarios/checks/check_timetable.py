@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
-from kankaku.scenarios.check_line import LineTables, same
-from kankaku.scenarios.faults import Fault, meant
-from kankaku.scenarios.files import Table
-from kankaku.scenarios.schema import (
+from kankaku.scenarios.checks.check_line import LineTables, same
+from kankaku.scenarios.reading.files import Table
+from kankaku.scenarios.reading.mistakes import Fault, meant
+from kankaku.scenarios.reading.schema import (
     CallRow,
     DwellStationRow,
     PlatformRow,
@@ -16,8 +16,8 @@ from kankaku.scenarios.schema import (
     ServiceRow,
     TrainEntry,
 )
-from kankaku.scenarios.units import next_day, whole_seconds
-from kankaku.scenarios.ways import ends_on_the_way, route_of
+from kankaku.scenarios.reading.units import next_day, whole_seconds
+from kankaku.scenarios.reading.ways import ends_on_the_way, route_of
 
 
 @dataclass(frozen=True)

@@ -2,17 +2,17 @@
 
 from collections.abc import Iterator, Sequence
 
-from kankaku.scenarios.check_line import LineTables, duplicates, same
-from kankaku.scenarios.check_timetable import TimetableTables, calls_by_train, seconds
-from kankaku.scenarios.faults import Fault, meant
-from kankaku.scenarios.schema import (
+from kankaku.scenarios.checks.check_line import LineTables, duplicates, same
+from kankaku.scenarios.checks.check_timetable import TimetableTables, calls_by_train, seconds
+from kankaku.scenarios.reading.mistakes import Fault, meant
+from kankaku.scenarios.reading.schema import (
     ClosureEntry,
     CrossingRow,
     ScenarioFile,
     WindowEntry,
     WorkZoneEntry,
 )
-from kankaku.scenarios.units import next_day
+from kankaku.scenarios.reading.units import next_day
 
 HELD_BEFORE_KM = 0.1
 """Trains stop no further before the crossing that they are kept out of, without blocks. [km]"""

@@ -5,10 +5,10 @@ from itertools import pairwise
 
 from kankaku.railway.places import name_problem
 from kankaku.railway.radio.data_link import keeps_pace
-from kankaku.scenarios.check_timetable import TimetableTables, calls_by_train
-from kankaku.scenarios.faults import Fault, meant
-from kankaku.scenarios.files import Table
-from kankaku.scenarios.schema import (
+from kankaku.scenarios.checks.check_timetable import TimetableTables, calls_by_train
+from kankaku.scenarios.reading.files import Table
+from kankaku.scenarios.reading.mistakes import Fault, meant
+from kankaku.scenarios.reading.schema import (
     CallRow,
     Controller,
     QuantileRow,

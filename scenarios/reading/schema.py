@@ -11,9 +11,8 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from kankaku.scenarios.explain import explained
-from kankaku.scenarios.faults import Fault
-from kankaku.scenarios.fields import (
+from kankaku.scenarios.reading.explain import explained
+from kankaku.scenarios.reading.fields import (
     CLOCK_TEXT,
     MOST,
     Brake,
@@ -29,6 +28,7 @@ from kankaku.scenarios.fields import (
     SweptDelay,
     Text,
 )
+from kankaku.scenarios.reading.mistakes import Fault
 
 M = TypeVar("M", bound=BaseModel)
 MOST_TOLD = 50

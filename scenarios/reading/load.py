@@ -21,10 +21,9 @@ from kankaku.railway.plan.rolling_stock import PowerSupply, Traction, TrainType,
 from kankaku.railway.plan.scenario import ControllerSpec, Published, Scenario, Sweep
 from kankaku.railway.plan.timetable import Call, Service, Timetable
 from kankaku.railway.radio.data_link import LOSSLESS, RadioSpec
-from kankaku.scenarios import schema
-from kankaku.scenarios.check_line import LineTables, line_faults
-from kankaku.scenarios.check_running import running_faults, running_warnings
-from kankaku.scenarios.check_settings import (
+from kankaku.scenarios.checks.check_line import LineTables, line_faults
+from kankaku.scenarios.checks.check_running import running_faults, running_warnings
+from kankaku.scenarios.checks.check_settings import (
     controller_faults,
     delay_faults,
     radio_faults,
@@ -33,19 +32,20 @@ from kankaku.scenarios.check_settings import (
     sweep_faults,
     swept_delays_s,
 )
-from kankaku.scenarios.check_timetable import (
+from kankaku.scenarios.checks.check_timetable import (
     TimetableTables,
     calls_by_train,
     seconds,
     timetable_faults,
 )
-from kankaku.scenarios.check_wayside import crossing_faults, disruption_faults
-from kankaku.scenarios.faults import Fault, ScenarioError
-from kankaku.scenarios.files import Reader, Table
-from kankaku.scenarios.load_wayside import to_crossings, to_disruptions, to_turnouts
-from kankaku.scenarios.neighbours import folder_faults, uncollected, unread
-from kankaku.scenarios.units import metres
-from kankaku.scenarios.ways import ends_on_the_way, route_of
+from kankaku.scenarios.checks.check_wayside import crossing_faults, disruption_faults
+from kankaku.scenarios.reading import schema
+from kankaku.scenarios.reading.files import Reader, Table
+from kankaku.scenarios.reading.load_wayside import to_crossings, to_disruptions, to_turnouts
+from kankaku.scenarios.reading.mistakes import Fault, ScenarioError
+from kankaku.scenarios.reading.neighbours import folder_faults, uncollected, unread
+from kankaku.scenarios.reading.units import metres
+from kankaku.scenarios.reading.ways import ends_on_the_way, route_of
 
 MAIN_FILE = "scenario.toml"
 STOCK_FILE = "rolling_stock.toml"

@@ -5,7 +5,7 @@ from typing import Annotated, TypeAlias, TypeGuard
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, StringConstraints
 
-from kankaku.scenarios.texts import clock, number, text_trouble
+from kankaku.scenarios.reading.cell_texts import clock, number, text_trouble
 
 CLOCK_TEXT = "a time of day as HH:MM:SS, hours 0 to 99; after midnight they go on with 24"
 OPTION_TEXT = "a finite number, true or false, or a list of finite numbers"

@@ -12,9 +12,9 @@ import numpy as np
 from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
-from kankaku.scenarios.explain import refused_cell
-from kankaku.scenarios.schema import Row
-from kankaku.scenarios.texts import NUMBER
+from kankaku.scenarios.reading.cell_texts import NUMBER
+from kankaku.scenarios.reading.explain import refused_cell
+from kankaku.scenarios.reading.schema import Row
 
 R = TypeVar("R", bound=Row)
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
-from kankaku.scenarios.faults import Fault, meant, row_place
-from kankaku.scenarios.files import Table
-from kankaku.scenarios.schema import (
+from kankaku.scenarios.reading.files import Table
+from kankaku.scenarios.reading.mistakes import Fault, meant, row_place
+from kankaku.scenarios.reading.schema import (
     BaliseRow,
     BlockRow,
     CircuitRow,

@@ -1,7 +1,7 @@
 """
 Public timetables: whole departure minutes by train and station, and the files beside them.
 
-``kankaku.scenarios.reconstruct`` finds the seconds.
+``kankaku.scenarios.reading.reconstruct`` finds the seconds.
 """
 
 import csv
@@ -13,11 +13,11 @@ from pathlib import Path
 
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.rolling_stock import TrainType
-from kankaku.scenarios.check_line import LineTables, line_faults
-from kankaku.scenarios.faults import Fault, ScenarioError, meant, row_place
-from kankaku.scenarios.files import Reader, Table
-from kankaku.scenarios.load import read_line, read_stock, to_line, to_train_types
-from kankaku.scenarios.schema import DwellStationRow, ServiceRow
+from kankaku.scenarios.checks.check_line import LineTables, line_faults
+from kankaku.scenarios.reading.files import Reader, Table
+from kankaku.scenarios.reading.load import read_line, read_stock, to_line, to_train_types
+from kankaku.scenarios.reading.mistakes import Fault, ScenarioError, meant, row_place
+from kankaku.scenarios.reading.schema import DwellStationRow, ServiceRow
 
 PUBLIC_FILE = "public_timetable.csv"
 _TRAIN = "train"

@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 
-from kankaku.scenarios.faults import Fault
-from kankaku.scenarios.texts import printable, shown
+from kankaku.scenarios.reading.cell_texts import printable, shown
+from kankaku.scenarios.reading.mistakes import Fault
 
 KNOWN = (
     "scenario.toml",

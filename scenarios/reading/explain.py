@@ -6,9 +6,7 @@ from typing import Literal, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from kankaku.scenarios.faults import meant
-from kankaku.scenarios.fields import CLOCK_TEXT, NAME_TEXT, OPTION_TEXT
-from kankaku.scenarios.texts import (
+from kankaku.scenarios.reading.cell_texts import (
     clock_trouble,
     identifier_trouble,
     number_trouble,
@@ -16,6 +14,8 @@ from kankaku.scenarios.texts import (
     shown,
     text_trouble,
 )
+from kankaku.scenarios.reading.fields import CLOCK_TEXT, NAME_TEXT, OPTION_TEXT
+from kankaku.scenarios.reading.mistakes import meant
 
 _NUMBERS = (float, int, float | None)
 

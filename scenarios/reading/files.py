@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from kankaku.scenarios.faults import Fault, also_in, meant, row_place
-from kankaku.scenarios.raw import UnreadableError, read_whole
-from kankaku.scenarios.schema import Row, columns
-from kankaku.scenarios.tables import LONGEST_LINE, LongLineError, Records, RowReader
-from kankaku.scenarios.texts import printable, shown
+from kankaku.scenarios.reading.cell_texts import printable, shown
+from kankaku.scenarios.reading.csv_rows import LONGEST_LINE, LongLineError, Records, RowReader
+from kankaku.scenarios.reading.mistakes import Fault, also_in, meant, row_place
+from kankaku.scenarios.reading.raw import UnreadableError, read_whole
+from kankaku.scenarios.reading.schema import Row, columns
 
 R = TypeVar("R", bound=Row)
 R_co = TypeVar("R_co", bound=Row, covariant=True)

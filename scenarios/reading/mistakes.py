@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
-from kankaku.scenarios.texts import printable
+from kankaku.scenarios.reading.cell_texts import printable
 
 MOST_NAMED = 30
 """Known names that are told. [-]"""

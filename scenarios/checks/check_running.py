@@ -1,7 +1,7 @@
 """Whether the trains of a scenario can run at all: asked of physics when its files agree."""
 
 from kankaku.railway.motion.feasibility import Assessment, Lack, Shortfall
-from kankaku.scenarios.faults import Fault
+from kankaku.scenarios.reading.mistakes import Fault
 
 
 def running_faults(found: Assessment, stock_file: str) -> list[Fault]:

@@ -9,10 +9,10 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from kankaku.railway.plan.line import Line
 from kankaku.railway.radio.cells import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
-from kankaku.scenarios.faults import Fault, ScenarioError
-from kankaku.scenarios.fields import Name, Text
-from kankaku.scenarios.files import Reader
-from kankaku.scenarios.schema import check
+from kankaku.scenarios.reading.fields import Name, Text
+from kankaku.scenarios.reading.files import Reader
+from kankaku.scenarios.reading.mistakes import Fault, ScenarioError
+from kankaku.scenarios.reading.schema import check
 
 RADIO_FILE = "radio_network.toml"
 LEAST_UPDATE_S = 0.05

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from kankaku.scenarios.check_line import LineTables
-from kankaku.scenarios.schema import CallRow
+from kankaku.scenarios.checks.check_line import LineTables
+from kankaku.scenarios.reading.schema import CallRow
 
 
 def route_of(line: LineTables, calls: Sequence[CallRow]) -> list[tuple[int, int]]:

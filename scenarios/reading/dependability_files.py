@@ -10,10 +10,10 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from kankaku.railway.failures.availability import Configuration, DeviceGroup
 from kankaku.railway.failures.fault_tree import Event, FaultTree, Gate
-from kankaku.scenarios.faults import Fault, ScenarioError, meant
-from kankaku.scenarios.fields import Name, OptionalText, Text
-from kankaku.scenarios.files import Reader
-from kankaku.scenarios.schema import check
+from kankaku.scenarios.reading.fields import Name, OptionalText, Text
+from kankaku.scenarios.reading.files import Reader
+from kankaku.scenarios.reading.mistakes import Fault, ScenarioError, meant
+from kankaku.scenarios.reading.schema import check
 
 AVAILABILITY_FILE = "availability.toml"
 FAULT_TREE_FILE = "fault_tree.toml"

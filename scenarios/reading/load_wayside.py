@@ -4,10 +4,10 @@ import numpy as np
 
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, Obstacle, PointsFailure
 from kankaku.railway.plan.line import Crossing, Line, Turnout
-from kankaku.scenarios.check_line import LineTables
-from kankaku.scenarios.check_timetable import seconds
-from kankaku.scenarios.schema import ClosureEntry, ScenarioFile, WindowEntry, WorkZoneEntry
-from kankaku.scenarios.units import metres
+from kankaku.scenarios.checks.check_line import LineTables
+from kankaku.scenarios.checks.check_timetable import seconds
+from kankaku.scenarios.reading.schema import ClosureEntry, ScenarioFile, WindowEntry, WorkZoneEntry
+from kankaku.scenarios.reading.units import metres
 
 
 def to_turnouts(tables: LineTables) -> tuple[Turnout, ...]:

@@ -1,0 +1,1 @@
+"""Files to a scenario: strictly read, once; field units become SI; mistakes are collected."""
