@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from kankaku.railway.plan.disruptions import unobstructed
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.obstructions import unobstructed
 from kankaku.railway.step.state import NOTHING, Events, LineState, beside
 
 

@@ -8,9 +8,9 @@ import numpy as np
 from kankaku.controllers.centre.reports import Reports
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.plan.disruptions import unobstructed
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.obstructions import unobstructed
 from kankaku.railway.step.state import NOTHING, Events, LineState
 from kankaku.studies import study
 

@@ -10,15 +10,14 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 from kankaku.analysis.figures.drawing import (
     BOOKED,
     INK,
-    KMH_PER_MPS,
     PALETTE,
     colour,
-    label_of,
     plain_frame,
     spread,
     style,
 )
 from kankaku.analysis.tables.capacity_tables import LEVELS, Assessment
+from kankaku.analysis.words import KMH_PER_MPS, label_of
 
 TARGETS = (
     ("A", 30.0, (120.0, 150.0)),

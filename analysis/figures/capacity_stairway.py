@@ -10,8 +10,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
-from kankaku.analysis.figures.drawing import INK, colour, label_of, station_axis, style
+from kankaku.analysis.figures.drawing import INK, colour, station_axis, style
 from kankaku.analysis.tables.capacity_tables import Assessment, distinct
+from kankaku.analysis.words import label_of
 
 PANEL_WIDTH_IN = 5.6
 PANEL_HEIGHT_IN = 3.9

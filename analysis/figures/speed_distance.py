@@ -11,10 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from kankaku.analysis.figures.drawing import KMH_PER_MPS, colour, label_of, plain_frame, style
+from kankaku.analysis.figures.drawing import colour, plain_frame, style
 from kankaku.analysis.tables.columns import rows_of
 from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.analysis.tables.sweep import following_arrival
+from kankaku.analysis.words import KMH_PER_MPS, label_of
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.scenario import Sweep

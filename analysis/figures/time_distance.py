@@ -17,12 +17,12 @@ from kankaku.analysis.figures.drawing import (
     clock_axis,
     colour,
     draw_booked,
-    label_of,
     station_axis,
     style,
 )
 from kankaku.analysis.tables.interstation import stop_totals
 from kankaku.analysis.tables.run_tables import RunTables
+from kankaku.analysis.words import label_of
 
 PANEL_WIDTH_IN = 7.0
 PANEL_HEIGHT_IN = 4.3

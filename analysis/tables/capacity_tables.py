@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from kankaku.analysis.figures.drawing import KMH_PER_MPS, label_of
 from kankaku.analysis.tables.columns import rows_frame, rows_of
+from kankaku.analysis.words import KMH_PER_MPS, label_of
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.capacity.blocking_time import Headway
 from kankaku.railway.motion.journey import Journey

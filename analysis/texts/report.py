@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from kankaku.analysis.figures.drawing import label_of
 from kankaku.analysis.tables.columns import rows_of
 from kankaku.analysis.tables.compare import (
     INDICATORS,
@@ -18,6 +17,7 @@ from kankaku.analysis.tables.compare import (
 from kankaku.analysis.tables.run_tables import DWELLING, PLAN, REASONS, RunTables
 from kankaku.analysis.tables.summary import SUMMARY
 from kankaku.analysis.tables.sweep import SWEEP_INDICATORS, SweepTables, sweep_texts
+from kankaku.analysis.words import label_of
 
 REASON_TEXTS: Mapping[str, str] = {
     "traction": "accelerating",

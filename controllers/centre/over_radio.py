@@ -32,11 +32,11 @@ from kankaku.controllers.protection.ceiling import LineCeiling
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled, plain
 from kankaku.railway.plan.profile import at_each
+from kankaku.railway.plan.radio_spec import TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import TOLERANCE_S, RadioSpec, RadioState
 from kankaku.railway.step.control import Foresight, Protection, Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, Authority, LineState, Link
+from kankaku.railway.step.state import NOTHING, Authority, LineState, Link, RadioState
 from kankaku.railway.wayside.leaders import section_ends_m
 
 HORIZON_S = 5.0

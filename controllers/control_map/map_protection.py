@@ -53,8 +53,8 @@ from kankaku.controllers.options import require
 from kankaku.controllers.protection.ceiling import LineCeiling, braked_to_mps
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.compiled import plain
+from kankaku.railway.plan.radio_spec import TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import TOLERANCE_S, RadioSpec
 from kankaku.railway.safety.band_exclusion import Bands, free_to_m, layers_of, overlaps_m, ways_of
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises

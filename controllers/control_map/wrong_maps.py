@@ -7,8 +7,8 @@ from kankaku.controllers.control_map.map_protection import ControlMap, ControlMa
 from kankaku.controllers.control_map.planner import Plan
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.failures.unit_failures import Fault, Variant
+from kankaku.railway.plan.radio_spec import RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import RadioSpec
 from kankaku.railway.step.state import LineState
 
 

@@ -8,15 +8,15 @@ find out for themselves what of it is wrong.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import NamedTuple
 
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
 from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.radio_spec import Outage, RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import Outage, RadioSpec
+from kankaku.railway.step.state import UnitState
 
 
 class FaultKind(Enum):
@@ -118,23 +118,6 @@ class Fault:
             From its onset on, up to its end.
         """
         return self.from_s <= time_s < self.until_s
-
-
-class UnitState(NamedTuple):
-    """What units measure; arrays of shape (n_trains,)."""
-
-    odometer_m: FloatArray
-    """Distance that each train's wheels have counted, from its origin's chainage on. [m]"""
-    wheels_mps: FloatArray
-    """Speed by the wheels. [m/s]"""
-    balise_m: FloatArray
-    """The balise that was passed last, or the origin. [m]"""
-    counted_m: FloatArray
-    """What the odometer said there. [m]"""
-    clock_error_s: FloatArray
-    """By how much the clock of each train is ahead. [s]"""
-    centre_clock_error_s: float
-    """By how much the centre's clock is ahead. [s]"""
 
 
 class Units:

@@ -13,8 +13,9 @@ from kankaku.railway.loop.unfinished import Ending, unfinished
 from kankaku.railway.meters.energy_meter import EnergyMeter
 from kankaku.railway.meters.standstill import StandstillWatch
 from kankaku.railway.plan.disruptions import UNDISTURBED, Disruptions
+from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import LOSSLESS, Radio, RadioSpec
+from kankaku.railway.radio.data_link import Radio
 from kankaku.railway.safety.monitor import Monitor
 from kankaku.railway.step.control import Controller
 from kankaku.railway.step.engine_contract import Engine

@@ -14,8 +14,8 @@ from scipy.optimize import brentq
 
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.meters.energy_meter import electric_brake_n
 from kankaku.railway.motion.climbing import climbing_floor
+from kankaku.railway.motion.electric_brake import electric_brake_n
 from kankaku.railway.motion.extremal import (
     BRAKING,
     COASTING,

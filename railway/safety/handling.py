@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
-from kankaku.railway.loop.recorder import StepBlock
 from kankaku.railway.plan.line import Block
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.promises import Promises
+from kankaku.railway.step.step_block import StepBlock
 
 HANDLING_MPS2 = 0.02
 """Brake forces are known this well, beside the gradient within a metre. [m/s2]"""

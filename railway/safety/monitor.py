@@ -10,8 +10,6 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
-from kankaku.railway.loop.recorder import StepBlock
-from kankaku.railway.plan.disruptions import Obstruction
 from kankaku.railway.plan.line import Turnout
 from kankaku.railway.plan.world import World
 from kankaku.railway.safety.handling import Handling
@@ -26,8 +24,10 @@ from kankaku.railway.safety.positions import (
 )
 from kankaku.railway.safety.proofs import Proofs
 from kankaku.railway.step.control import Separation, exclusive_pieces
+from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.promises import NO_BUFFERS, Promises
 from kankaku.railway.step.records import Violation
+from kankaku.railway.step.step_block import StepBlock
 
 POSITION_TOLERANCE_M = 0.05
 """Beside b dt^2 / 8, by which a train that stops within a step may pass its aim. [m]"""

@@ -10,13 +10,14 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.loop.recorder import StepBlock
-from kankaku.railway.plan.disruptions import SUDDEN, Cause, Obstruction
+from kankaku.railway.plan.disruptions import SUDDEN, Cause
 from kankaku.railway.plan.world import World
 from kankaku.railway.safety.positions import lower_to_platforms, nearest_unreleased, reach_m
 from kankaku.railway.safety.proofs import ENTERED_M, Proofs
 from kankaku.railway.step.control import Separation, exclusive_pieces
+from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.promises import Promises
+from kankaku.railway.step.step_block import StepBlock
 
 PERMITTED_M = 0.05
 """Brake curves from tables come this near to exact ones. [m]"""

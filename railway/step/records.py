@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.plan.disruptions import Obstruction
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.obstructions import Obstruction
 
 
 class Column(NamedTuple):

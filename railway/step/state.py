@@ -4,9 +4,7 @@ from enum import IntEnum
 from typing import NamedTuple, TypeVar
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.failures.unit_failures import UnitState
-from kankaku.railway.plan.disruptions import WaysideState
-from kankaku.railway.radio.data_link import RadioState
+from kankaku.railway.step.obstructions import WaysideState
 
 
 class Reason(IntEnum):
@@ -40,7 +38,7 @@ def beside(column: Column) -> Column:
     Parameters
     ----------
     column
-        Its column in :class:`~kankaku.railway.plan.disruptions.WaysideState`: turnouts, then level
+        Its column in :class:`~kankaku.railway.step.obstructions.WaysideState`: turnouts, then level
         crossings, then closures; -1 for none.
 
     Returns
@@ -67,6 +65,34 @@ class Events(NamedTuple):
 
     def __bool__(self) -> bool:
         return any(self)
+
+
+class RadioState(NamedTuple):
+    """What has arrived by now; arrays of shape (n_trains,), -inf for never."""
+
+    reported_s: FloatArray
+    """When the last report that the centre has was made. [s]"""
+    heard_s: FloatArray
+    """When the last commands that the train has were sent. [s]"""
+    acknowledged_s: FloatArray
+    """The centre knows that the train has commands sent then or later. [s]"""
+
+
+class UnitState(NamedTuple):
+    """What units measure; arrays of shape (n_trains,)."""
+
+    odometer_m: FloatArray
+    """Distance that each train's wheels have counted, from its origin's chainage on. [m]"""
+    wheels_mps: FloatArray
+    """Speed by the wheels. [m/s]"""
+    balise_m: FloatArray
+    """The balise that was passed last, or the origin. [m]"""
+    counted_m: FloatArray
+    """What the odometer said there. [m]"""
+    clock_error_s: FloatArray
+    """By how much the clock of each train is ahead. [s]"""
+    centre_clock_error_s: float
+    """By how much the centre's clock is ahead. [s]"""
 
 
 class LineState(NamedTuple):

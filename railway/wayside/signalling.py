@@ -8,15 +8,10 @@ comes suddenly: an obstacle on a closed level crossing, or a fault.
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.plan.disruptions import (
-    UNDISTURBED,
-    Disruptions,
-    Obstruction,
-    WaysideState,
-    unobstructed,
-)
+from kankaku.railway.plan.disruptions import UNDISTURBED, Disruptions
 from kankaku.railway.plan.profile import at_each
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.obstructions import Obstruction, WaysideState, unobstructed
 from kankaku.railway.step.state import Events, LineState
 from kankaku.railway.wayside.trackside import (
     ROUNDING_S,

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
 from kankaku.railway.places import name_problem
-from kankaku.railway.radio.data_link import keeps_pace
+from kankaku.railway.plan.radio_spec import keeps_pace
 from kankaku.scenarios.checks.check_timetable import TimetableTables, calls_by_train
 from kankaku.scenarios.reading.files import Table
 from kankaku.scenarios.reading.mistakes import Fault, meant

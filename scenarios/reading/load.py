@@ -17,10 +17,10 @@ from kankaku.railway.plan.line import (
     Station,
     Track,
 )
+from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
 from kankaku.railway.plan.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance
 from kankaku.railway.plan.scenario import ControllerSpec, Published, Scenario, Sweep
 from kankaku.railway.plan.timetable import Call, Service, Timetable
-from kankaku.railway.radio.data_link import LOSSLESS, RadioSpec
 from kankaku.scenarios.checks.check_line import LineTables, line_faults
 from kankaku.scenarios.checks.check_running import running_faults, running_warnings
 from kankaku.scenarios.checks.check_settings import (

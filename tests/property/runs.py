@@ -12,11 +12,11 @@ from kankaku.railway.arrays import FloatArray
 from kankaku.railway.failures.unit_failures import Fault
 from kankaku.railway.loop.simulate import simulate
 from kankaku.railway.plan.line import Gradient, Line, Section, SpeedLimit, Track, Turnout
+from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.timetable import Call, Service
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import LOSSLESS, RadioSpec
 from kankaku.railway.step.control import Controller
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.railway.step.records import RunRecord

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from kankaku.controllers.drive import TractionDrive
 from kankaku.controllers.registry import PROTECTIONS, ControllerError, Medium, build
 from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray
-from kankaku.railway.plan.disruptions import unobstructed
 from kankaku.railway.plan.line import Block, Gradient, Line, Platform, Section, SpeedLimit, Track
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.railway.plan.timetable import Call, Service
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Separation
+from kankaku.railway.step.obstructions import unobstructed
 from kankaku.railway.step.state import NO_REASON, NOTHING, Advice, Events, LineState
 from tests.worlds import commuter_train, make_scenario, stations_at, world_of
 

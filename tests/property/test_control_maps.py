@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, PointsFailure
 from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.radio_spec import LOSSLESS
 from kankaku.railway.plan.scenario import Scenario
-from kankaku.railway.radio.data_link import LOSSLESS
 from tests.property.runs import READY_S, loop_station_scenario
 from tests.unit.test_control_map import on_map
 from tests.worlds import merge_scenario, two_station_scenario

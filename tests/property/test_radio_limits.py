@@ -8,8 +8,8 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
+from kankaku.railway.plan.radio_spec import RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import RadioSpec
 from kankaku.railway.step.state import Authority, LineState
 from tests.property.runs import controller_of, loop_station_scenario, run
 from tests.worlds import merge_scenario, two_station_scenario, world_of

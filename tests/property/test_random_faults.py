@@ -11,8 +11,8 @@ from kankaku.controllers.control_map.wrong_maps import WrongMaps
 from kankaku.controllers.registry import build
 from kankaku.railway.failures.random_failures import draw_fault
 from kankaku.railway.failures.unit_failures import Fault, FaultKind, Variant
+from kankaku.railway.plan.radio_spec import LOSSLESS
 from kankaku.railway.plan.scenario import Scenario
-from kankaku.railway.radio.data_link import LOSSLESS
 from tests.property.runs import READY_S, loop_station_scenario, run
 from tests.property.test_control_maps import days
 from tests.unit.test_faults import SPEC, Listener, failing, two_trains

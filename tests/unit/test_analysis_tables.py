@@ -22,8 +22,9 @@ from kankaku.analysis.tables.compare import (
 from kankaku.analysis.tables.run_tables import REASONS, RunTables, run_tables, write_run
 from kankaku.analysis.tables.summary import SUMMARY, summary_frame
 from kankaku.analysis.texts.report import reason_shares, report_text
-from kankaku.railway.plan.disruptions import Cause, Obstruction
+from kankaku.railway.plan.disruptions import Cause
 from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.records import RAW_TABLES, Column, Unfinished, Violation
 from kankaku.railway.step.state import Reason
 from tests.records import (

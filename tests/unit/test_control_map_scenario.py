@@ -9,8 +9,9 @@ import pytest
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.loop.simulate import simulate
-from kankaku.railway.plan.disruptions import Cause, Obstruction
+from kankaku.railway.plan.disruptions import Cause
 from kankaku.railway.plan.world import build_world
+from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.records import RunRecord
 from kankaku.scenarios.reading.load import load
 from tests.toy_engine import ToyEngine

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from kankaku.controllers.drive import TractionDrive
-from kankaku.railway.plan.disruptions import unobstructed
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Bound
+from kankaku.railway.step.obstructions import unobstructed
 from kankaku.railway.step.state import NOTHING, Advice, Authority, Events, LineState, Link
 from tests.worlds import two_station_scenario, world_of
 

@@ -22,8 +22,8 @@ from kankaku.railway.failures.unit_failures import (
     Variant,
 )
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
+from kankaku.railway.plan.radio_spec import LOSSLESS
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
-from kankaku.railway.radio.data_link import LOSSLESS
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Authority, LineState, Reason
 from tests.property.runs import READY_S, Observed, loop_station_scenario, run

@@ -8,9 +8,9 @@ import pytest
 
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
 from kankaku.railway.plan.line import Section, Track, Turnout
+from kankaku.railway.plan.radio_spec import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.timetable import Call, Service
-from kankaku.railway.radio.data_link import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.step.records import RunRecord
 from tests.property.runs import READY_S, Observed, controller_of, loop_station_scenario, run
 from tests.unit.test_control_map import on_map

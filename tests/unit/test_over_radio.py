@@ -10,9 +10,10 @@ from kankaku.controllers.centre.over_radio import HORIZON_S, OnAir, OverRadio
 from kankaku.controllers.protection.ceiling import LineCeiling
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from kankaku.controllers.registry import ControllerError, build
+from kankaku.railway.plan.radio_spec import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import LOSSLESS, Outage, Radio, RadioSpec
+from kankaku.railway.radio.data_link import Radio
 from kankaku.railway.step.state import Authority, LineState, Reason
 from tests.property.runs import READY_S, controller_of, run
 from tests.states import behind

@@ -14,8 +14,8 @@ from kankaku.controllers.registry import build
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.failures.unit_failures import Fault, Variant
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
+from kankaku.railway.plan.radio_spec import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.plan.scenario import Scenario
-from kankaku.railway.radio.data_link import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Authority, LineState
 from tests.property.runs import READY_S, run

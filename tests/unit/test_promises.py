@@ -10,8 +10,8 @@ import pytest
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.plan.line import Crossing
+from kankaku.railway.plan.radio_spec import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
-from kankaku.railway.radio.data_link import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.step.control import Command, Controller, Drive, Protection
 from kankaku.railway.step.promises import Promises
 from kankaku.railway.step.records import RunRecord

@@ -13,8 +13,8 @@ from kankaku.controllers.registry import build
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, Obstacle
 from kankaku.railway.plan.line import Crossing, SpeedLimit
+from kankaku.railway.plan.radio_spec import LOSSLESS, Outage
 from kankaku.railway.plan.scenario import ControllerSpec, Option, Scenario
-from kankaku.railway.radio.data_link import LOSSLESS, Outage
 from kankaku.railway.step.control import Controller
 from kankaku.railway.step.reasons import ReasonError
 from kankaku.railway.step.records import RunRecord

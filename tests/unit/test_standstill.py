@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.loop.recorder import StepBlock
 from kankaku.railway.meters.standstill import StandstillWatch
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.step_block import StepBlock
 from tests.property.runs import run
 from tests.worlds import two_station_scenario, world_of
 

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from kankaku.railway.loop.unfinished import Ending, unfinished
-from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, WaysideState
+from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
 from kankaku.railway.plan.line import Crossing, Gradient
 from kankaku.railway.plan.rolling_stock import Traction
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.obstructions import WaysideState
 from kankaku.railway.step.records import Unfinished
 from kankaku.railway.step.state import NOTHING, Authority, LineState
 from tests.property.runs import run
