@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, MultipleLocator
 
-from kankaku.analysis.tables.columns import write_whole
+from kankaku.analysis.tables.columns import by_train, write_whole
 from kankaku.analysis.words import clock
 from kankaku.railway.arrays import FloatArray
 
@@ -189,23 +189,6 @@ def plain_frame(axes: Axes) -> None:
     axes.grid(color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
-
-
-def by_train(frame: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """
-    Split a table by train.
-
-    Parameters
-    ----------
-    frame
-        A table with a column ``train``.
-
-    Returns
-    -------
-    list[tuple[str, pd.DataFrame]]
-        Trains in order of appearance with their rows.
-    """
-    return [(str(train), rows) for train, rows in frame.groupby("train", sort=False)]
 
 
 def draw_booked(axes: Axes, calls: pd.DataFrame, *, label: str) -> None:

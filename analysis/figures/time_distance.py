@@ -13,13 +13,13 @@ from matplotlib.patches import Patch
 from kankaku.analysis.figures.drawing import (
     BOOKED,
     STOP,
-    by_train,
     clock_axis,
     colour,
     draw_booked,
     station_axis,
     style,
 )
+from kankaku.analysis.tables.columns import by_train
 from kankaku.analysis.tables.interstation import stop_totals
 from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.analysis.words import label_of

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from kankaku.analysis.figures.drawing import (
     GRID,
     INK,
-    by_train,
     clock_axis,
     colour,
     dashes,
@@ -19,7 +18,7 @@ from kankaku.analysis.figures.drawing import (
     station_axis,
     style,
 )
-from kankaku.analysis.tables.columns import rows_of
+from kankaku.analysis.tables.columns import by_train, rows_of
 from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.analysis.words import KMH_PER_MPS, clock, label_of
 

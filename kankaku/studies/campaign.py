@@ -19,8 +19,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from kankaku import interrupts
+from kankaku.analysis.publish.campaign_publishing import FaultTables, publish_faults
 from kankaku.analysis.results import refuse_foreign
-from kankaku.analysis.tables.campaign_tables import FaultTables, publish_faults
 from kankaku.analysis.tables.columns import write_whole
 from kankaku.analysis.tables.delay import delay_s
 from kankaku.controllers import registry

@@ -24,7 +24,7 @@ from kankaku.railway.places import CACHE, chosen_cache, refuse_unwritable, tempo
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World, build_world
 from kankaku.railway.step.records import RunRecord
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.store import run_store
 from kankaku.store.holding import held
 from kankaku.store.run_store import Task

@@ -6,6 +6,7 @@ from functools import cached_property
 from itertools import pairwise
 
 from kankaku.scenarios.checks.check_line import LineTables, same
+from kankaku.scenarios.checks.ways import ends_on_the_way, route_of
 from kankaku.scenarios.reading.files import Table
 from kankaku.scenarios.reading.mistakes import Fault, meant
 from kankaku.scenarios.reading.schema import (
@@ -17,7 +18,6 @@ from kankaku.scenarios.reading.schema import (
     TrainEntry,
 )
 from kankaku.scenarios.reading.units import next_day, whole_seconds
-from kankaku.scenarios.reading.ways import ends_on_the_way, route_of
 
 
 @dataclass(frozen=True)

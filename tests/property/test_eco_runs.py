@@ -16,7 +16,7 @@ from kankaku.railway.motion.run_curve import fastest
 from kankaku.railway.plan.line import Gradient, Line, SpeedLimit
 from kankaku.railway.plan.profile import build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from tests.property.dense_optimum import Optimum, dense_optimum
 from tests.property.dense_run import dense_run, restrictions
 from tests.worlds import commuter_train, straight_line

@@ -13,7 +13,7 @@ from kankaku.railway.motion.run_curve import fastest
 from kankaku.railway.plan.line import Line, SpeedLimit
 from kankaku.railway.plan.profile import build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from tests.worlds import straight_line
 
 SUPPLEMENT = 0.0385

@@ -17,7 +17,7 @@ from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.control import Operation
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Advice, Authority, LineState
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from tests.property.runs import Observed, run
 from tests.worlds import world_of
 

@@ -19,10 +19,10 @@ from kankaku.analysis.tables.capacity_tables import (
     blocking_times_frame,
     capacity_frame,
     distinct,
-    headway_texts,
     headways_frame,
     level_of,
 )
+from kankaku.analysis.texts.capacity_texts import headway_texts
 from kankaku.railway.capacity.blocking_time import Headway
 from kankaku.studies import study
 from kankaku.studies.capacity_study import assess_by_theory

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.cell_texts import clock, number, printable, shown
-from kankaku.scenarios.reading.load import load
 from kankaku.scenarios.reading.mistakes import Fault, ScenarioError
 from tests.unit.scenario_folder import FILES, replace, write_scenario
 

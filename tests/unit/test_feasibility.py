@@ -9,7 +9,7 @@ from kankaku.railway.motion.feasibility import RESERVE_MPS2, Assessment, Lack, S
 from kankaku.railway.plan.line import Curve, Gradient
 from kankaku.railway.plan.rolling_stock import Traction, TrainType
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from kankaku.studies import study
 from tests.cli.command import PROJECT, kankaku, refused

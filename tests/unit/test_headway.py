@@ -30,7 +30,7 @@ from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.railway.plan.timetable import Call, Service, Timetable
 from kankaku.railway.plan.world import World, build_world
 from kankaku.railway.step.control import Foresight
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from tests.worlds import commuter_train, straight_line
 
 RUSH_HOUR = Path(__file__).parents[2] / "scenarios" / "rush_hour"

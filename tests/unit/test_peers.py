@@ -8,7 +8,7 @@ import pytest
 from kankaku.controllers.protection.moving_block import MovingBlockOptions
 from kankaku.controllers.registry import PEERS, ControllerError, build, options_of
 from kankaku.railway.plan.scenario import ControllerSpec
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import Fault, ScenarioError
 from tests.unit.scenario_folder import replace, write_scenario
 from tests.worlds import merge_scenario, world_of

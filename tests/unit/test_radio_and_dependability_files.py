@@ -6,8 +6,8 @@ import pytest
 
 from kankaku.railway.plan.line import Line
 from kankaku.railway.radio.cells import Link, RadioPlan
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.dependability_files import load_configurations, load_fault_tree
-from kankaku.scenarios.reading.load import load
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from kankaku.scenarios.reading.radio_network import load_radio_plan
 from tests.unit.radio_folder import write_radio_scenario

@@ -7,7 +7,7 @@ import pytest
 
 from kankaku.railway.plan.dwell import Overstay
 from kankaku.railway.plan.line import SpeedLimit
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import Fault, ScenarioError
 from tests.unit.scenario_folder import FILES, replace, write_scenario
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from tests.unit.scenario_folder import replace, write_scenario
 

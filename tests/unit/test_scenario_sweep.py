@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kankaku.railway.plan.scenario import Published, Sweep
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from tests.unit.scenario_folder import replace, write_scenario
 from tests.unit.sweep_folder import SWEEP, write_sweep

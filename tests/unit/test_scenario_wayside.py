@@ -14,7 +14,7 @@ from kankaku.railway.plan.disruptions import (
     PointsFailure,
 )
 from kankaku.railway.plan.line import Crossing
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from tests.unit.scenario_folder import replace, write_scenario
 

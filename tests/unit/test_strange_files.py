@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.dependability_files import load_fault_tree
-from kankaku.scenarios.reading.load import load
 from kankaku.scenarios.reading.mistakes import Fault, ScenarioError
 from kankaku.scenarios.reading.raw import UnreadableError, read_whole
 from tests.unit.scenario_folder import FILES, replace, write_scenario

@@ -39,13 +39,13 @@ from kankaku.scenarios.checks.check_timetable import (
     timetable_faults,
 )
 from kankaku.scenarios.checks.check_wayside import crossing_faults, disruption_faults
+from kankaku.scenarios.checks.ways import ends_on_the_way, route_of
+from kankaku.scenarios.loading.load_wayside import to_crossings, to_disruptions, to_turnouts
 from kankaku.scenarios.reading import schema
 from kankaku.scenarios.reading.files import Reader, Table
-from kankaku.scenarios.reading.load_wayside import to_crossings, to_disruptions, to_turnouts
 from kankaku.scenarios.reading.mistakes import Fault, ScenarioError
 from kankaku.scenarios.reading.neighbours import folder_faults, uncollected, unread
 from kankaku.scenarios.reading.units import metres
-from kankaku.scenarios.reading.ways import ends_on_the_way, route_of
 
 MAIN_FILE = "scenario.toml"
 STOCK_FILE = "rolling_stock.toml"

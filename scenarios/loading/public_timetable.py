@@ -1,7 +1,7 @@
 """
 Public timetables: whole departure minutes by train and station, and the files beside them.
 
-``kankaku.scenarios.reading.reconstruct`` finds the seconds.
+``kankaku.scenarios.loading.reconstruct`` finds the seconds.
 """
 
 import csv
@@ -14,8 +14,8 @@ from pathlib import Path
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.scenarios.checks.check_line import LineTables, line_faults
+from kankaku.scenarios.loading.load import read_line, read_stock, to_line, to_train_types
 from kankaku.scenarios.reading.files import Reader, Table
-from kankaku.scenarios.reading.load import read_line, read_stock, to_line, to_train_types
 from kankaku.scenarios.reading.mistakes import Fault, ScenarioError, meant, row_place
 from kankaku.scenarios.reading.schema import DwellStationRow, ServiceRow
 
