@@ -133,7 +133,7 @@ def examine(plan: Plan, number: int, place: Path) -> Iterator[Answer]:
         for spec in scenario.controllers:
             registry.build(spec, world, scenario.radio)
     except ScenarioError as error:
-        yield _refusal([str(fault) for fault in error.faults])
+        yield _refusal([str(mistake) for mistake in error.mistakes])
         return
     except registry.ControllerError as error:
         yield _refusal([str(error)])

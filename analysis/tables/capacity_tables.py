@@ -116,7 +116,7 @@ def percent_of(compressed_s: float, booked_s: float) -> float:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Assessment:
+class CapacityAssessment:
     """What is found out about one controller."""
 
     controller: str
@@ -187,7 +187,7 @@ def level_of(transport_capacity: float) -> str:
     return reached[-1] if reached else ""
 
 
-def headways_frame(assessments: Iterable[Assessment], timetable: Timetable) -> pd.DataFrame:
+def headways_frame(assessments: Iterable[CapacityAssessment], timetable: Timetable) -> pd.DataFrame:
     """
     Return the headways by station.
 
@@ -229,7 +229,7 @@ def headways_frame(assessments: Iterable[Assessment], timetable: Timetable) -> p
     return rows_frame(rows, HEADWAYS)
 
 
-def _block_given_up(found: Assessment, headway: Headway) -> str:
+def _block_given_up(found: CapacityAssessment, headway: Headway) -> str:
     """Return the block whose end of blocking is the moment that decides."""
     given_up_s = headway.time_s + headway.headway_s
     return found.stretches.names[int(np.nanargmin(np.abs(found.end_s - given_up_s)))]
@@ -247,7 +247,7 @@ def _least_intervals_s(timetable: Timetable) -> dict[tuple[str, str], float]:
     }
 
 
-def capacity_frame(assessments: Iterable[Assessment]) -> pd.DataFrame:
+def capacity_frame(assessments: Iterable[CapacityAssessment]) -> pd.DataFrame:
     """
     Return the capacity of the line by controller.
 
@@ -292,7 +292,7 @@ def capacity_frame(assessments: Iterable[Assessment]) -> pd.DataFrame:
     return rows_frame(rows, CAPACITY)
 
 
-def blocking_times_frame(assessments: Iterable[Assessment]) -> pd.DataFrame:
+def blocking_times_frame(assessments: Iterable[CapacityAssessment]) -> pd.DataFrame:
     """
     Return the blocking times.
 
@@ -328,7 +328,7 @@ def blocking_times_frame(assessments: Iterable[Assessment]) -> pd.DataFrame:
     return rows_frame(rows, BLOCKING_TIMES)
 
 
-def distinct(assessments: Sequence[Assessment]) -> list[list[Assessment]]:
+def distinct(assessments: Sequence[CapacityAssessment]) -> list[list[CapacityAssessment]]:
     """
     Group controllers that have the same blocking times: other operations over one protection.
 
@@ -339,10 +339,10 @@ def distinct(assessments: Sequence[Assessment]) -> list[list[Assessment]]:
 
     Returns
     -------
-    list[list[Assessment]]
+    list[list[CapacityAssessment]]
         Groups in the order of their first controllers.
     """
-    groups: dict[tuple[float, ...], list[Assessment]] = {}
+    groups: dict[tuple[float, ...], list[CapacityAssessment]] = {}
     for found in assessments:
         groups.setdefault(tuple(found.by_theory_s.round(3).tolist()), []).append(found)
     return list(groups.values())

@@ -55,9 +55,9 @@ SWEEP_INDICATORS: Mapping[str, tuple[str, str]] = {
 }
 """Indicators of a sweep: what a reader calls them, and what they mean."""
 UNCHANGED_S = 0.1
+"""An arrival this much later is still the same. [s]"""
 _SHOWN = 5
 """So many initial delays are drawn."""
-"""An arrival this much later is still the same. [s]"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -4,9 +4,9 @@ import numpy as np
 
 from kankaku.controllers.centre.reports import Reports
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions
-from kankaku.controllers.control_map.planner import Plan
+from kankaku.controllers.control_map.planner import MapPlan
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.failures.unit_failures import Fault, Variant
+from kankaku.railway.failures.unit_failures import UnitFailure, Variant
 from kankaku.railway.plan.radio_spec import RadioSpec
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import LineState
@@ -16,7 +16,7 @@ class WrongMaps(ControlMap):
     """The control map with a fault of kind ``FaultKind.MAP``."""
 
     def __init__(
-        self, world: World, options: ControlMapOptions, radio: RadioSpec, fault: Fault
+        self, world: World, options: ControlMapOptions, radio: RadioSpec, fault: UnitFailure
     ) -> None:
         super().__init__(world, options, radio)
         self._fault = fault
@@ -26,9 +26,9 @@ class WrongMaps(ControlMap):
         self,
         state: LineState,
         reports: Reports,
-        earlier: Plan,
+        earlier: MapPlan,
         longer_m: FloatArray | None = None,
-    ) -> Plan:
+    ) -> MapPlan:
         """
         Make a map, a wrong one while the fault lasts.
 
@@ -45,7 +45,7 @@ class WrongMaps(ControlMap):
 
         Returns
         -------
-        Plan
+        MapPlan
             Run curves and bands.
         """
         fault, chosen = self._fault, np.arange(self._world.size) == self._row
@@ -60,7 +60,7 @@ class WrongMaps(ControlMap):
         if wrong and fault.variant is Variant.IGNORED:
             concerns = state.wayside.concerns & ~chosen[:, np.newaxis]
             state = state._replace(
-                granted_m=np.where(chosen, self._world.far_m, state.granted_m),
+                granted_to_m=np.where(chosen, self._world.far_m, state.granted_to_m),
                 wayside=state.wayside._replace(concerns=concerns),
             )
         made = super().plan(state, reports, earlier, longer_m)

@@ -1,5 +1,5 @@
 """
-Fault campaign: the failure modes of a control map, one by one and a thousand times.
+UnitFailure campaign: the failure modes of a control map, one by one and a thousand times.
 
 Every run has one fault of one unit; it is compared with a run of the same seed without any.
 ``run.py faults`` gives this a command line.
@@ -28,7 +28,7 @@ from kankaku.controllers.control_map.map_protection import ControlMapOptions, Me
 from kankaku.controllers.control_map.measuring import CENTRE_ROW, Notice
 from kankaku.controllers.control_map.wrong_maps import WrongMaps
 from kankaku.railway.failures.random_failures import draw_fault
-from kankaku.railway.failures.unit_failures import Fault, FaultKind, Variant
+from kankaku.railway.failures.unit_failures import FailureMode, UnitFailure, Variant
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Authority, LineState, Reason
@@ -76,7 +76,7 @@ FINDERS: Mapping[Variant, frozenset[Notice]] = {
 """Whose alarms find a fault; equipment finds its own at once."""
 
 
-class Task(NamedTuple):
+class CampaignTask(NamedTuple):
     """One run of the campaign."""
 
     number: int
@@ -110,12 +110,12 @@ class Campaign:
         return self.study.specs[0]
 
     @property
-    def tasks(self) -> tuple[Task, ...]:
+    def tasks(self) -> tuple[CampaignTask, ...]:
         """Runs without fault first."""
         first = self.study.seeds[0]
         days = range(first, first + min(SEEDS, self.runs))
-        return tuple(Task(BASELINE, seed) for seed in days) + tuple(
-            Task(number, first + number % SEEDS) for number in range(self.runs)
+        return tuple(CampaignTask(BASELINE, seed) for seed in days) + tuple(
+            CampaignTask(number, first + number % SEEDS) for number in range(self.runs)
         )
 
     @property
@@ -189,7 +189,7 @@ def run_campaign(
 def _run(campaign: Campaign, folder: Path, work: Path, progress: Progress) -> CampaignResult:
     started = time.perf_counter()
     journal = Journal(folder / JOURNAL, campaign)
-    failed: dict[Task, Failure] = {}
+    failed: dict[CampaignTask, Failure] = {}
     interrupted = False
     missing = journal.missing(campaign.tasks)
     answers = performed(partial(_perform, campaign), missing, campaign.study.jobs, folder=work)
@@ -231,7 +231,7 @@ class Journal:
 
     def __init__(self, file: Path, campaign: Campaign) -> None:
         self._file = file
-        self.done: dict[Task, Finding] = {}
+        self.done: dict[CampaignTask, Finding] = {}
         settings = campaign.settings
         lines = [] if campaign.fresh or not file.exists() else file.read_bytes().splitlines(True)
         # Who was killed while writing has left half a line.
@@ -240,7 +240,9 @@ class Journal:
             told = [self._read(line, number) for number, line in enumerate(whole, start=1)]
             self._check(told[0], settings)
             tasks = set(campaign.tasks)
-            known = {Task(finding["number"], finding["seed"]): finding for finding in told[1:]}
+            known = {
+                CampaignTask(finding["number"], finding["seed"]): finding for finding in told[1:]
+            }
             self.done = {task: finding for task, finding in known.items() if task in tasks}
         else:
             whole = [_line(settings)]
@@ -262,7 +264,7 @@ class Journal:
         msg = f"{self._file}: of another campaign ({other}); allowed: --fresh, to start anew"
         raise StudyError(msg)
 
-    def missing(self, tasks: Sequence[Task]) -> tuple[Task, ...]:
+    def missing(self, tasks: Sequence[CampaignTask]) -> tuple[CampaignTask, ...]:
         """
         Return what is not finished.
 
@@ -273,7 +275,7 @@ class Journal:
 
         Returns
         -------
-        tuple[Task, ...]
+        tuple[CampaignTask, ...]
             In the same order.
         """
         return tuple(task for task in tasks if task not in self.done)
@@ -294,9 +296,9 @@ class Journal:
             file.write(_line(finding))
             file.flush()
             os.fsync(file.fileno())
-        self.done[Task(finding["number"], finding["seed"])] = finding
+        self.done[CampaignTask(finding["number"], finding["seed"])] = finding
 
-    def rows(self, tasks: Sequence[Task]) -> list[dict[str, Any]]:
+    def rows(self, tasks: Sequence[CampaignTask]) -> list[dict[str, Any]]:
         """
         Return the finished runs with a fault, against those without.
 
@@ -315,7 +317,7 @@ class Journal:
             for task in tasks
             if task.number != BASELINE
             and task in self.done
-            and (baseline := Task(BASELINE, task.seed)) in self.done
+            and (baseline := CampaignTask(BASELINE, task.seed)) in self.done
         ]
 
 
@@ -341,7 +343,7 @@ def _row(finding: Finding, usual: Finding) -> dict[str, Any]:
     }
 
 
-def _perform(campaign: Campaign, task: Task, _: Callable[[float], None]) -> Finding:
+def _perform(campaign: Campaign, task: CampaignTask, _: Callable[[float], None]) -> Finding:
     study, spec = campaign.study, campaign.spec
     world = world_of(study.scenario, study.step_s)
     fault = None
@@ -352,7 +354,7 @@ def _perform(campaign: Campaign, task: Task, _: Callable[[float], None]) -> Find
     def wrap(name: str, layer: Any) -> Any:  # noqa: ANN401 - any layer
         if name != "protection":
             return layer
-        if fault is not None and fault.kind is FaultKind.MAP:
+        if fault is not None and fault.kind is FailureMode.MAP:
             options: dict[str, Any] = dict(spec.protection_options)
             layer = WrongMaps(world, ControlMapOptions(**options), study.scenario.radio, fault)
         return witness.watching(layer)
@@ -365,7 +367,7 @@ def _perform(campaign: Campaign, task: Task, _: Callable[[float], None]) -> Find
 class Witness:
     """Stands before a protection and remembers what it knew."""
 
-    def __init__(self, fault: Fault | None) -> None:
+    def __init__(self, fault: UnitFailure | None) -> None:
         self.last: Memory | None = None
         self.widened: set[int] = set()
         """Rows of the trains whose bands were longer than usual since the fault."""
@@ -435,7 +437,7 @@ def _measured(record: RunRecord) -> Finding:
     }
 
 
-def _about(fault: Fault | None, record: RunRecord, witness: Witness) -> Finding:
+def _about(fault: UnitFailure | None, record: RunRecord, witness: Witness) -> Finding:
     """Return what became of a fault."""
     if fault is None or witness.last is None:
         return {}
@@ -453,7 +455,7 @@ def _about(fault: Fault | None, record: RunRecord, witness: Witness) -> Finding:
     }
 
 
-def _detected(fault: Fault, record: RunRecord, memory: Memory) -> tuple[str, float | None]:
+def _detected(fault: UnitFailure, record: RunRecord, memory: Memory) -> tuple[str, float | None]:
     """Return what found a fault, and when. [s]"""
     if fault.variant not in FINDERS:
         found_s = [
@@ -473,7 +475,7 @@ def _detected(fault: Fault, record: RunRecord, memory: Memory) -> tuple[str, flo
     return "", None
 
 
-def _reactions(fault: Fault, record: RunRecord, witness: Witness) -> list[str]:
+def _reactions(fault: UnitFailure, record: RunRecord, witness: Witness) -> list[str]:
     """Return what was done about a fault, in the words of the source's table 3."""
     memory, samples = witness.last, record.trajectory
     if memory is None:

@@ -17,7 +17,7 @@ from kankaku.analysis.results import RESULT_FILES, refuse_foreign
 from kankaku.analysis.tables.run_tables import run_tables
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import named, with_settings
-from kankaku.railway.failures.unit_failures import Fault
+from kankaku.railway.failures.unit_failures import UnitFailure
 from kankaku.railway.loop.simulate import simulate
 from kankaku.railway.motion.feasibility import assess
 from kankaku.railway.places import CACHE, chosen_cache, refuse_unwritable, temporary_folder
@@ -92,7 +92,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
     gui: bool = False,
     progress: Callable[[float], None] = lambda _: None,
     wrap: Callable[[str, Any], Any] = lambda _, layer: layer,
-    faults: Sequence[Fault] | None = None,
+    faults: Sequence[UnitFailure] | None = None,
 ) -> RunRecord:
     """
     Run one controller on SUMO.

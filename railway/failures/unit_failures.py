@@ -19,7 +19,7 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import UnitState
 
 
-class FaultKind(Enum):
+class FailureMode(Enum):
     """Failure modes of the source's FMEA."""
 
     POSITION = "unit: wrong position"
@@ -68,21 +68,21 @@ class Variant(Enum):
     """It sends nothing; no size."""
 
 
-VARIANTS: dict[FaultKind, tuple[Variant, ...]] = {
-    FaultKind.POSITION: (Variant.SLIDE, Variant.SLIP, Variant.WHEEL),
-    FaultKind.STATE: (Variant.STATE,),
-    FaultKind.CLOCK: (Variant.JUMP, Variant.DRIFT),
-    FaultKind.SILENCE: (Variant.UP, Variant.DOWN, Variant.BOTH, Variant.EQUIPMENT),
-    FaultKind.MAP: (Variant.BAND, Variant.LEFT_OUT, Variant.RUN, Variant.IGNORED),
-    FaultKind.CENTRE_CLOCK: (Variant.CENTRE_JUMP,),
-    FaultKind.CENTRE_SILENCE: (Variant.CENTRE_SILENT,),
+VARIANTS: dict[FailureMode, tuple[Variant, ...]] = {
+    FailureMode.POSITION: (Variant.SLIDE, Variant.SLIP, Variant.WHEEL),
+    FailureMode.STATE: (Variant.STATE,),
+    FailureMode.CLOCK: (Variant.JUMP, Variant.DRIFT),
+    FailureMode.SILENCE: (Variant.UP, Variant.DOWN, Variant.BOTH, Variant.EQUIPMENT),
+    FailureMode.MAP: (Variant.BAND, Variant.LEFT_OUT, Variant.RUN, Variant.IGNORED),
+    FailureMode.CENTRE_CLOCK: (Variant.CENTRE_JUMP,),
+    FailureMode.CENTRE_SILENCE: (Variant.CENTRE_SILENT,),
 }
 KIND_OF = {variant: kind for kind, variants in VARIANTS.items() for variant in variants}
 CENTRE = "centre"
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class UnitFailure:
     """One unit does one thing wrong for a time."""
 
     variant: Variant
@@ -94,7 +94,7 @@ class Fault:
     """See :class:`Variant`."""
 
     @property
-    def kind(self) -> FaultKind:
+    def kind(self) -> FailureMode:
         """The failure mode."""
         return KIND_OF[self.variant]
 
@@ -123,10 +123,10 @@ class Fault:
 class Units:
     """The units of all trains and the centre: exact, but for their faults."""
 
-    def __init__(self, world: World, faults: Sequence[Fault]) -> None:
+    def __init__(self, world: World, faults: Sequence[UnitFailure]) -> None:
         row_of = {name: row for row, name in enumerate(world.timetable.trains)}
-        self._wheels = [(row_of[f.unit], f) for f in faults if f.kind is FaultKind.POSITION]
-        self._clocks = [(row_of[f.unit], f) for f in faults if f.kind is FaultKind.CLOCK]
+        self._wheels = [(row_of[f.unit], f) for f in faults if f.kind is FailureMode.POSITION]
+        self._clocks = [(row_of[f.unit], f) for f in faults if f.kind is FailureMode.CLOCK]
         self._centre = [f for f in faults if f.variant is Variant.CENTRE_JUMP]
         self._balises_m = np.array(sorted(world.line.balises_m))
         self._step_s = world.step_s
@@ -181,7 +181,7 @@ class Units:
         )
 
 
-def _off_mps(fault: Fault, time_s: float, speed_mps: float) -> float:
+def _off_mps(fault: UnitFailure, time_s: float, speed_mps: float) -> float:
     """Return by how much wheels turn too fast; those of a standing train do not turn. [m/s]"""
     if speed_mps == 0.0:
         return 0.0
@@ -194,7 +194,7 @@ def _off_mps(fault: Fault, time_s: float, speed_mps: float) -> float:
     return -min(fault.size * grown, speed_mps)
 
 
-def silenced(radio: RadioSpec, faults: Sequence[Fault]) -> RadioSpec:
+def silenced(radio: RadioSpec, faults: Sequence[UnitFailure]) -> RadioSpec:
     """
     Return a radio that loses what silent units do not say, and deaf ones do not hear.
 
@@ -224,7 +224,7 @@ def silenced(radio: RadioSpec, faults: Sequence[Fault]) -> RadioSpec:
     return replace(radio, outages=radio.outages + outages) if outages else radio
 
 
-def disturbed(disruptions: Disruptions, line: Line, faults: Sequence[Fault]) -> Disruptions:
+def disturbed(disruptions: Disruptions, line: Line, faults: Sequence[UnitFailure]) -> Disruptions:
     """
     Return disruptions with the obstructions that faulty equipment sets.
 

@@ -31,7 +31,7 @@ class Recorder:
         self._examiners = examiners
         shape = (BLOCK_STEPS + 1, world.size)
         self._time_s = np.empty(BLOCK_STEPS + 1)
-        self._front_m, self._speed_mps, self._limit_m, self._delay_s = np.empty((4, *shape))
+        self._front_m, self._speed_mps, self._eoa_m, self._delay_s = np.empty((4, *shape))
         self._heard_s = np.empty(shape)
         self._without_radio_s = np.full(world.size, np.inf)
         self._next_call = np.empty(shape, dtype=np.intp)
@@ -76,7 +76,7 @@ class Recorder:
         self._time_s[at] = state.time_s
         self._front_m[at] = state.front_m
         self._speed_mps[at] = state.speed_mps
-        self._limit_m[at] = authority.limit_m
+        self._eoa_m[at] = authority.eoa_m
         if authority.link is not None:
             self._emergency[at] = authority.link.emergency
         surprised = state.wayside.surprised
@@ -133,7 +133,7 @@ class Recorder:
         Trajectory
             Ordered by time, then train.
         """
-        time_s, row, front_m, speed_mps, limit_m, reason, plan, cause = map(
+        time_s, row, front_m, speed_mps, eoa_m, reason, plan, cause = map(
             np.concatenate, zip(*self._samples, strict=True)
         )
         return Trajectory(
@@ -141,7 +141,7 @@ class Recorder:
             row,
             front_m,
             speed_mps,
-            limit_m,
+            eoa_m,
             reason,
             plan,
             cause,
@@ -161,7 +161,7 @@ class Recorder:
             row,
             self._front_m[at][present],
             self._speed_mps[at][present],
-            self._limit_m[at][present],
+            self._eoa_m[at][present],
             *reasoned,
         )
 
@@ -177,7 +177,7 @@ class Recorder:
             self._time_s[steps].copy(),
             self._front_m[steps, rows],
             self._speed_mps[steps, rows],
-            self._limit_m[steps, rows],
+            self._eoa_m[steps, rows],
             self._delay_s[steps, rows],
             self._next_call[steps, rows],
             self._surprised[steps, rows],
@@ -191,7 +191,7 @@ class Recorder:
             self._time_s,
             self._front_m,
             self._speed_mps,
-            self._limit_m,
+            self._eoa_m,
             self._delay_s,
             self._next_call,
             self._surprised,

@@ -6,7 +6,7 @@ import numpy as np
 
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.errors import sentence_of
-from kankaku.railway.failures.unit_failures import Fault, Units, disturbed, silenced
+from kankaku.railway.failures.unit_failures import UnitFailure, Units, disturbed, silenced
 from kankaku.railway.loop.recorder import Recorder
 from kankaku.railway.loop.tracker import Tracker
 from kankaku.railway.loop.unfinished import Ending, unfinished
@@ -35,7 +35,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
     patience_s: float,
     disruptions: Disruptions = UNDISTURBED,
     radio: RadioSpec = LOSSLESS,
-    faults: Sequence[Fault] | None = None,
+    faults: Sequence[UnitFailure] | None = None,
     progress: Callable[[float], None] = lambda _: None,
 ) -> RunRecord:
     """
@@ -113,7 +113,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
             authority, permitted = protection.authorise(state, permitted)
             if wayside.unsettled:
                 link = authority.link
-                wayside.settle(state, link.covered_m if link else authority.limit_m)
+                wayside.settle(state, link.covered_m if link else authority.eoa_m)
             advice, planned = operation.advise(state, authority, planned)
             command = drive.command(state, authority, advice)
             recorder.write(state, authority, advice, command)

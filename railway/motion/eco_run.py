@@ -24,7 +24,6 @@ from kankaku.railway.motion.extremal import (
     Extremal,
     extremal,
 )
-from kankaku.railway.motion.path import Way, accelerations, energy_gain
 from kankaku.railway.motion.run_curve import (
     LONGEST_S,
     SLOWEST_MPS,
@@ -35,6 +34,7 @@ from kankaku.railway.motion.run_curve import (
     stall_on,
     way_between,
 )
+from kankaku.railway.motion.way import Way, accelerations, energy_gain
 from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.profile import NO_BUFFERS

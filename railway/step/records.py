@@ -177,7 +177,7 @@ class Trajectory(NamedTuple):
     row: IntArray
     front_m: FloatArray
     speed_mps: FloatArray
-    limit_m: FloatArray
+    eoa_m: FloatArray
     """End of authority. [m]"""
     reason: IntArray
     """A :class:`~kankaku.railway.step.state.Reason`."""

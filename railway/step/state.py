@@ -117,7 +117,7 @@ class LineState(NamedTuple):
     """The leader goes or stands on this train's own way, not on another track before points."""
     clear_to_m: FloatArray
     """The way is clear up to here: leader's tail or what is not granted. [m]"""
-    granted_m: FloatArray
+    granted_to_m: FloatArray
     """Where the first points that are not granted, or the first obstruction, begin. [m]"""
     granted_by: IntArray
     """Which points or obstruction, by :func:`beside`; ``NOTHING`` where all is granted."""
@@ -135,7 +135,7 @@ class LineState(NamedTuple):
     """What units measure, where they may be wrong; None where all of them are exact."""
 
 
-class Link(NamedTuple):
+class RadioPermission(NamedTuple):
     """What trains know that take their commands by radio; arrays of shape (n_trains,)."""
 
     emergency: BoolArray
@@ -149,13 +149,13 @@ class Link(NamedTuple):
 class Authority(NamedTuple):
     """What protection permits; arrays of shape (n_trains,)."""
 
-    limit_m: FloatArray
+    eoa_m: FloatArray
     """The front must be able to stop before this with the service brake. [m]"""
     ceiling_mps: FloatArray
     """Speed not to be exceeded at the end of the step. [m/s]"""
     delay_s: FloatArray
     """The front counts as this much time of running further ahead of its limit. [s]"""
-    limit_by: IntArray
+    eoa_by: IntArray
     """
     What ends the way: row of the train ahead, a place as from :func:`beside`, or ``NOTHING``.
 
@@ -163,7 +163,7 @@ class Authority(NamedTuple):
     """
     ceiling_by: IntArray
     """What is ahead that makes the ceiling low; ``NOTHING`` where it is the line's own."""
-    link: Link | None = None
+    link: RadioPermission | None = None
     """None for a protection whose permissions reach the trains at once."""
 
 

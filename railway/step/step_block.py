@@ -23,7 +23,7 @@ class StepBlock(NamedTuple):
     """Shape (n_steps + 1,). [s]"""
     front_m: FloatArray
     speed_mps: FloatArray
-    limit_m: FloatArray
+    eoa_m: FloatArray
     """End of authority. [m]"""
     delay_s: FloatArray
     """By how much running the front counts as further ahead of it. [s]"""

@@ -17,7 +17,7 @@ def to_turnouts(tables: LineTables) -> tuple[Turnout, ...]:
     Parameters
     ----------
     tables
-        Files without faults.
+        Files without mistakes.
 
     Returns
     -------
@@ -44,7 +44,7 @@ def to_crossings(tables: LineTables) -> tuple[Crossing, ...]:
     Parameters
     ----------
     tables
-        Files without faults.
+        Files without mistakes.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def to_disruptions(main: ScenarioFile, line: Line) -> Disruptions:
     Parameters
     ----------
     main
-        Main file without faults.
+        Main file without mistakes.
     line
         The line.
 

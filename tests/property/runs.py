@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.failures.unit_failures import Fault
+from kankaku.railway.failures.unit_failures import UnitFailure
 from kankaku.railway.loop.simulate import simulate
 from kankaku.railway.plan.line import Gradient, Line, Section, SpeedLimit, Track, Turnout
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
@@ -93,7 +93,7 @@ def run(
     controller: Controller | None = None,
     delay_s: FloatArray | None = None,
     radio: RadioSpec | None = None,
-    faults: Sequence[Fault] | None = None,
+    faults: Sequence[UnitFailure] | None = None,
 ) -> tuple[RunRecord, Observed]:
     """
     Run a scenario; the delays are the scenario's own where None.

@@ -11,8 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from kankaku.railway.motion.eco_run import eco, net_energy_j
-from kankaku.railway.motion.path import Way, way_on
 from kankaku.railway.motion.run_curve import fastest
+from kankaku.railway.motion.way import Way, way_on
 from kankaku.railway.plan.line import Gradient, Line, SpeedLimit
 from kankaku.railway.plan.profile import build_profile
 from kankaku.railway.plan.rolling_stock import TrainType

@@ -36,8 +36,8 @@ class Compared:
         authority, by_radio = self._protection.authorise(state, memory[0])
         plain, true = self._plain.authorise(state, memory[1])
         # Who has heard nothing yet is to stay where it stands.
-        most_m = np.maximum(plain.limit_m, state.front_m)
-        self.gaps_m += (most_m - authority.limit_m)[state.present].tolist()
+        most_m = np.maximum(plain.eoa_m, state.front_m)
+        self.gaps_m += (most_m - authority.eoa_m)[state.present].tolist()
         assert np.array_equal(authority.ceiling_mps, plain.ceiling_mps)
         return authority, (by_radio, true)
 

@@ -10,7 +10,7 @@ import pytest
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions, Memory
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.failures.unit_failures import Fault
+from kankaku.railway.failures.unit_failures import UnitFailure
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
 from kankaku.railway.plan.radio_spec import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.plan.scenario import ControllerSpec, Option, Scenario
@@ -27,7 +27,7 @@ def on_map(
     options: dict[str, Option] | None = None,
     overstay_s: Sequence[float] = (),
     delay_s: FloatArray | None = None,
-    faults: Sequence[Fault] | None = None,
+    faults: Sequence[UnitFailure] | None = None,
 ) -> tuple[RunRecord, Observed, "Listener"]:
     """Run under the control map; where no delays are named, some overstay at their second call."""
     world = world_of(scenario)

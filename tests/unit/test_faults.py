@@ -16,8 +16,8 @@ from kankaku.railway.failures.unit_failures import (
     CENTRE,
     KIND_OF,
     VARIANTS,
-    Fault,
-    FaultKind,
+    FailureMode,
+    UnitFailure,
     Units,
     Variant,
 )
@@ -61,13 +61,13 @@ def two_trains(headway_s: float = 90.0, balises_m: Sequence[float] = BALISES_M) 
 
 
 def failing(
-    scenario: Scenario, *faults: Fault, overstay_s: float = 0.0
+    scenario: Scenario, *faults: UnitFailure, overstay_s: float = 0.0
 ) -> tuple[RunRecord, Observed, Listener]:
     world = world_of(scenario)
     honest = build(SPEC, world, LOSSLESS)
     protection = honest.protection
     for fault in faults:
-        if fault.kind is FaultKind.MAP:
+        if fault.kind is FailureMode.MAP:
             options: Any = SPEC.protection_options
             protection = WrongMaps(world, ControlMapOptions(**options), LOSSLESS, fault)
     listener = Listener(protection)
@@ -82,9 +82,9 @@ def failing(
 
 def fault(
     variant: Variant, unit: str, from_s: float, duration_s: float, size: float = 0.0
-) -> Fault:
+) -> UnitFailure:
     """A fault that begins so long after the first train was ready."""
-    return Fault(variant, unit, READY_S + from_s, READY_S + from_s + duration_s, size)
+    return UnitFailure(variant, unit, READY_S + from_s, READY_S + from_s + duration_s, size)
 
 
 def braked(record: RunRecord) -> set[int]:
@@ -262,7 +262,7 @@ def test_the_centre_compares_its_clock_with_satellite_time(ahead_s: float, found
     assert bool(braked(record)) is found
 
 
-@pytest.mark.parametrize("variant", VARIANTS[FaultKind.MAP])
+@pytest.mark.parametrize("variant", VARIANTS[FailureMode.MAP])
 def test_a_wrong_map_is_refused_before_it_is_sent(variant: Variant) -> None:
     """The leader overstays, so that the follower would run into it."""
     unit = "T2" if variant is Variant.RUN else "T1"
@@ -285,7 +285,7 @@ def test_faults_are_drawn_within_their_ranges_and_every_kind_comes() -> None:
     world = world_of(loop_station_scenario(3))
     drawn = [draw_fault(world, 1, number) for number in range(2000)]
     assert draw_fault(world, 1, 17) == drawn[17]
-    for kind in FaultKind:
+    for kind in FailureMode:
         share = sum(item.kind is kind for item in drawn) / len(drawn)
         # Four standard errors of one in seven.
         assert abs(share - 1.0 / 7.0) < 4.0 * np.sqrt(6.0 / 49.0 / len(drawn))

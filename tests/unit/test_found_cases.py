@@ -136,7 +136,7 @@ def test_relative_braking_by_radio_takes_no_limit_back(seed: int) -> None:
     record, _ = run(scenario, controller=controller, delay_s=np.zeros((2, 2)), radio=LOSSLESS)
     assert record.violations == ()
     assert record.completed.all()
-    assert np.all(np.diff(written.limit_m) >= -1e-6)
+    assert np.all(np.diff(written.eoa_m) >= -1e-6)
 
 
 def second_loop(start_m: float, end_m: float, line_end_m: float, sides: Sequence[str]) -> Scenario:
@@ -223,10 +223,10 @@ def test_a_telegram_without_commands_acknowledges_nothing(*, reports_are_lost: b
     radio = RadioSpec(delay_most_s=0.45, outages=(up, down))
     record, _, listener = on_map(scenario, radio=radio)
     (zone,) = record.obstructions
-    limits_m = [
-        float(authority.limit_m[0])
+    eoas_m = [
+        float(authority.eoa_m[0])
         for state, authority, _ in listener.said
         if zone.established_s <= state.time_s < zone.lifted_s
     ]
-    assert max(limits_m) <= 325.0
+    assert max(eoas_m) <= 325.0
     assert record.violations == ()

@@ -1,4 +1,4 @@
-"""The files of the commands ``radio`` and ``availability``: units, fractions, and faults told."""
+"""The files of the commands ``radio`` and ``availability``: units, fractions, and mistakes told."""
 
 from pathlib import Path
 
@@ -28,26 +28,26 @@ def line(folder: Path) -> Line:
     return load(folder).line
 
 
-def faults(error: ScenarioError) -> str:
-    return "\n".join(map(str, error.faults))
+def mistakes(error: ScenarioError) -> str:
+    return "\n".join(map(str, error.mistakes))
 
 
 def refused_plan(folder: Path, line: Line) -> str:
     with pytest.raises(ScenarioError) as raised:
         load_radio_plan(folder, line)
-    return faults(raised.value)
+    return mistakes(raised.value)
 
 
 def refused_devices(folder: Path) -> str:
     with pytest.raises(ScenarioError) as raised:
         load_configurations(folder)
-    return faults(raised.value)
+    return mistakes(raised.value)
 
 
 def refused_tree(folder: Path) -> str:
     with pytest.raises(ScenarioError) as raised:
         load_fault_tree(folder)
-    return faults(raised.value)
+    return mistakes(raised.value)
 
 
 def test_a_radio_network_in_si_units(folder: Path, line: Line) -> None:

@@ -274,7 +274,7 @@ class Strolling:
         """Nothing to remember."""
 
     def advise(self, state: LineState, authority: Authority, memory: None) -> tuple[Advice, None]:
-        size = authority.limit_m.size
+        size = authority.eoa_m.size
         reason = self._reason if state.time_s >= self._since_s else 0
         return Advice(np.full(size, 2.0), np.full(size, reason)), memory
 
