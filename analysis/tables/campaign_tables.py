@@ -1,4 +1,4 @@
-"""The tables of a fault campaign: every run, and what became of each kind of fault."""
+"""The tables of a campaign of failures: every run, and what became of each kind of failure."""
 
 from collections.abc import Iterable, Mapping
 
@@ -47,7 +47,7 @@ FAULT_TABLES: Mapping[str, tuple[Column, ...]] = {
 
 def fault_table(runs: pd.DataFrame) -> pd.DataFrame:
     """
-    Return what became of each kind of fault.
+    Return what became of each kind of failure.
 
     Parameters
     ----------

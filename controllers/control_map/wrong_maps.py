@@ -1,4 +1,4 @@
-"""A centre whose planning channel makes wrong maps for a time; a fault campaign tests the rest."""
+"""A centre whose planning channel makes wrong maps for a time; campaigns test the rest."""
 
 import numpy as np
 
@@ -13,14 +13,14 @@ from kankaku.railway.step.state import LineState
 
 
 class WrongMaps(ControlMap):
-    """The control map with a fault of kind ``FaultKind.MAP``."""
+    """The control map with a failure of kind ``FailureMode.MAP``."""
 
     def __init__(
-        self, world: World, options: ControlMapOptions, radio: RadioSpec, fault: UnitFailure
+        self, world: World, options: ControlMapOptions, radio: RadioSpec, failure: UnitFailure
     ) -> None:
         super().__init__(world, options, radio)
-        self._fault = fault
-        self._row = world.timetable.trains.index(fault.unit)
+        self._failure = failure
+        self._row = world.timetable.trains.index(failure.unit)
 
     def plan(
         self,
@@ -30,7 +30,7 @@ class WrongMaps(ControlMap):
         longer_m: FloatArray | None = None,
     ) -> MapPlan:
         """
-        Make a map, a wrong one while the fault lasts.
+        Make a map, a wrong one while the failure lasts.
 
         Parameters
         ----------
@@ -48,23 +48,23 @@ class WrongMaps(ControlMap):
         MapPlan
             Run curves and bands.
         """
-        fault, chosen = self._fault, np.arange(self._world.size) == self._row
-        wrong = fault.during(state.time_s)
-        if wrong and fault.variant is Variant.BAND:
-            reports = reports._replace(front_m=reports.front_m + fault.size * chosen)
-        if wrong and fault.variant is Variant.LEFT_OUT:
+        failure, chosen = self._failure, np.arange(self._world.size) == self._row
+        wrong = failure.during(state.time_s)
+        if wrong and failure.variant is Variant.BAND:
+            reports = reports._replace(front_m=reports.front_m + failure.size * chosen)
+        if wrong and failure.variant is Variant.LEFT_OUT:
             state = state._replace(
                 present=state.present & ~chosen,
                 front_m=np.where(chosen, self._world.far_m, state.front_m),
             )
-        if wrong and fault.variant is Variant.IGNORED:
+        if wrong and failure.variant is Variant.IGNORED:
             concerns = state.wayside.concerns & ~chosen[:, np.newaxis]
             state = state._replace(
                 granted_to_m=np.where(chosen, self._world.far_m, state.granted_to_m),
                 wayside=state.wayside._replace(concerns=concerns),
             )
         made = super().plan(state, reports, earlier, longer_m)
-        if wrong and fault.variant is Variant.RUN:
-            further_m = fault.size * chosen[:, np.newaxis]
+        if wrong and failure.variant is Variant.RUN:
+            further_m = failure.size * chosen[:, np.newaxis]
             made = made._replace(front_m=made.front_m + further_m, ahead_m=made.ahead_m + further_m)
         return made

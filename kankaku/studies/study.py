@@ -92,7 +92,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
     gui: bool = False,
     progress: Callable[[float], None] = lambda _: None,
     wrap: Callable[[str, Any], Any] = lambda _, layer: layer,
-    faults: Sequence[UnitFailure] | None = None,
+    unit_failures: Sequence[UnitFailure] | None = None,
 ) -> RunRecord:
     """
     Run one controller on SUMO.
@@ -114,7 +114,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
     wrap
         Called with "engine", "protection", "operation" or "drive" and that layer; returns
         what stands in for it, for example something that measures it.
-    faults
+    unit_failures
         What units and the centre do wrong; see :func:`kankaku.railway.loop.simulate.simulate`.
 
     Returns
@@ -156,7 +156,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
                     patience_s=scenario.patience_s,
                     disruptions=scenario.disruptions,
                     radio=scenario.radio,
-                    faults=faults,
+                    unit_failures=unit_failures,
                     progress=progress,
                 )
     except Exception:

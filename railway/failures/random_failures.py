@@ -1,4 +1,4 @@
-"""Faults drawn at random for a campaign: the same number is the same fault."""
+"""Failures drawn at random for a campaign: the same number is the same failure."""
 
 import numpy as np
 
@@ -41,16 +41,16 @@ EITHER_WAY = frozenset({Variant.WHEEL, Variant.JUMP, Variant.DRIFT, Variant.CENT
 OF_EQUIPMENT = frozenset({Variant.STATE, Variant.EQUIPMENT})
 
 
-def draw_fault(world: World, seed: int, number: int) -> UnitFailure:
+def draw_failure(world: World, seed: int, number: int) -> UnitFailure:
     """
-    Return the fault of a run.
+    Return the failure of a run.
 
     Every kind comes as often as any other, and so does every variant of a kind.
 
     Parameters
     ----------
     world
-        Line and timetable; a train has its fault while it is booked to be on its way.
+        Line and timetable; a train has its failure while it is booked to be on its way.
     seed
         Seed of the campaign.
     number
@@ -59,7 +59,7 @@ def draw_fault(world: World, seed: int, number: int) -> UnitFailure:
     Returns
     -------
     UnitFailure
-        One fault of one unit.
+        One failure of one unit.
     """
     random = stream(seed, "fault", number)
     equipped = bool(world.line.turnouts or world.line.crossings)

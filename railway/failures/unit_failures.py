@@ -1,5 +1,5 @@
 """
-Faults of a control map: what trains, equipment and the centre do wrong (Sugiyama 2018, table 3).
+Failures of a control map: what trains, equipment and the centre do wrong (Sugiyama 2018, table 3).
 
 What units measure is nature's, as the radio is: protections see :class:`UnitState` and have to
 find out for themselves what of it is wrong.
@@ -32,7 +32,7 @@ class FailureMode(Enum):
 
 
 class Variant(Enum):
-    """What exactly goes wrong, and what the size of the fault then is."""
+    """What exactly goes wrong, and what the size of the failure then is."""
 
     SLIDE = "slide"
     """A train's wheels turn too slowly by up to so much. [m/s]"""
@@ -121,13 +121,15 @@ class UnitFailure:
 
 
 class Units:
-    """The units of all trains and the centre: exact, but for their faults."""
+    """The units of all trains and the centre: exact, but for their failures."""
 
-    def __init__(self, world: World, faults: Sequence[UnitFailure]) -> None:
+    def __init__(self, world: World, unit_failures: Sequence[UnitFailure]) -> None:
         row_of = {name: row for row, name in enumerate(world.timetable.trains)}
-        self._wheels = [(row_of[f.unit], f) for f in faults if f.kind is FailureMode.POSITION]
-        self._clocks = [(row_of[f.unit], f) for f in faults if f.kind is FailureMode.CLOCK]
-        self._centre = [f for f in faults if f.variant is Variant.CENTRE_JUMP]
+        self._wheels = [
+            (row_of[f.unit], f) for f in unit_failures if f.kind is FailureMode.POSITION
+        ]
+        self._clocks = [(row_of[f.unit], f) for f in unit_failures if f.kind is FailureMode.CLOCK]
+        self._centre = [f for f in unit_failures if f.variant is Variant.CENTRE_JUMP]
         self._balises_m = np.array(sorted(world.line.balises_m))
         self._step_s = world.step_s
         self._error_m = np.zeros(world.size)
@@ -153,9 +155,9 @@ class Units:
             A snapshot.
         """
         off_mps = np.zeros_like(speed_mps)
-        for row, fault in self._wheels:
-            if fault.during(time_s):
-                off_mps[row] = _off_mps(fault, time_s, float(speed_mps[row]))
+        for row, failure in self._wheels:
+            if failure.during(time_s):
+                off_mps[row] = _off_mps(failure, time_s, float(speed_mps[row]))
         self._error_m = self._error_m + 0.5 * self._step_s * (off_mps + self._off_mps)
         self._off_mps = off_mps
         passed = np.searchsorted(self._balises_m, front_m, side="right")
@@ -166,11 +168,13 @@ class Units:
             read_m = self._balise_m + self._error_m
             self._counted_m = np.where(found, read_m, self._counted_m)
         clock_error_s = np.zeros_like(speed_mps)
-        for row, fault in self._clocks:
-            if fault.during(time_s):
-                gone = (time_s - fault.from_s) / fault.duration_s
-                clock_error_s[row] = fault.size * (gone if fault.variant is Variant.DRIFT else 1.0)
-        centre_s = sum(fault.size for fault in self._centre if fault.during(time_s))
+        for row, failure in self._clocks:
+            if failure.during(time_s):
+                gone = (time_s - failure.from_s) / failure.duration_s
+                clock_error_s[row] = failure.size * (
+                    gone if failure.variant is Variant.DRIFT else 1.0
+                )
+        centre_s = sum(failure.size for failure in self._centre if failure.during(time_s))
         return UnitState(
             front_m + self._error_m,
             speed_mps + off_mps,
@@ -181,20 +185,20 @@ class Units:
         )
 
 
-def _off_mps(fault: UnitFailure, time_s: float, speed_mps: float) -> float:
+def _off_mps(failure: UnitFailure, time_s: float, speed_mps: float) -> float:
     """Return by how much wheels turn too fast; those of a standing train do not turn. [m/s]"""
     if speed_mps == 0.0:
         return 0.0
-    if fault.variant is Variant.WHEEL:
-        return fault.size * speed_mps
+    if failure.variant is Variant.WHEEL:
+        return failure.size * speed_mps
     # It grows for half of its time.
-    grown = min(2.0 * (time_s - fault.from_s) / fault.duration_s, 1.0)
-    if fault.variant is Variant.SLIP:
-        return fault.size * grown
-    return -min(fault.size * grown, speed_mps)
+    grown = min(2.0 * (time_s - failure.from_s) / failure.duration_s, 1.0)
+    if failure.variant is Variant.SLIP:
+        return failure.size * grown
+    return -min(failure.size * grown, speed_mps)
 
 
-def silenced(radio: RadioSpec, faults: Sequence[UnitFailure]) -> RadioSpec:
+def silenced(radio: RadioSpec, unit_failures: Sequence[UnitFailure]) -> RadioSpec:
     """
     Return a radio that loses what silent units do not say, and deaf ones do not hear.
 
@@ -202,8 +206,8 @@ def silenced(radio: RadioSpec, faults: Sequence[UnitFailure]) -> RadioSpec:
     ----------
     radio
         The radio.
-    faults
-        Any faults.
+    unit_failures
+        Any failures.
 
     Returns
     -------
@@ -212,21 +216,23 @@ def silenced(radio: RadioSpec, faults: Sequence[UnitFailure]) -> RadioSpec:
     """
     outages = tuple(
         Outage(
-            () if fault.variant is Variant.CENTRE_SILENT else (fault.unit,),
-            up=fault.variant in {Variant.UP, Variant.BOTH},
-            down=fault.variant in {Variant.DOWN, Variant.BOTH, Variant.CENTRE_SILENT},
-            from_s=fault.from_s,
-            until_s=fault.until_s,
+            () if failure.variant is Variant.CENTRE_SILENT else (failure.unit,),
+            up=failure.variant in {Variant.UP, Variant.BOTH},
+            down=failure.variant in {Variant.DOWN, Variant.BOTH, Variant.CENTRE_SILENT},
+            from_s=failure.from_s,
+            until_s=failure.until_s,
         )
-        for fault in faults
-        if fault.variant in {Variant.UP, Variant.DOWN, Variant.BOTH, Variant.CENTRE_SILENT}
+        for failure in unit_failures
+        if failure.variant in {Variant.UP, Variant.DOWN, Variant.BOTH, Variant.CENTRE_SILENT}
     )
     return replace(radio, outages=radio.outages + outages) if outages else radio
 
 
-def disturbed(disruptions: Disruptions, line: Line, faults: Sequence[UnitFailure]) -> Disruptions:
+def disturbed(
+    disruptions: Disruptions, line: Line, unit_failures: Sequence[UnitFailure]
+) -> Disruptions:
     """
-    Return disruptions with the obstructions that faulty equipment sets.
+    Return disruptions with the obstructions that failed equipment sets.
 
     Points and level crossings are fail-safe: when they cannot tell their state, or say nothing,
     they count as obstructed at once.
@@ -237,8 +243,8 @@ def disturbed(disruptions: Disruptions, line: Line, faults: Sequence[UnitFailure
         What goes wrong anyhow.
     line
         The line.
-    faults
-        Any faults.
+    unit_failures
+        Any failures.
 
     Returns
     -------
@@ -249,15 +255,15 @@ def disturbed(disruptions: Disruptions, line: Line, faults: Sequence[UnitFailure
     places_m |= {item.id: (item.start_m, item.end_m) for item in line.crossings}
     closures = tuple(
         Closure(
-            f"{fault.unit}: {fault.variant.value}",
-            Cause.FAULT,
-            line.tracks_between(*places_m[fault.unit]),
-            *places_m[fault.unit],
-            fault.from_s,
+            f"{failure.unit}: {failure.variant.value}",
+            Cause.FAILURE,
+            line.tracks_between(*places_m[failure.unit]),
+            *places_m[failure.unit],
+            failure.from_s,
             np.inf,
-            fault.until_s,
+            failure.until_s,
         )
-        for fault in faults
-        if fault.variant in {Variant.STATE, Variant.EQUIPMENT}
+        for failure in unit_failures
+        if failure.variant in {Variant.STATE, Variant.EQUIPMENT}
     )
     return replace(disruptions, closures=disruptions.closures + closures)

@@ -35,7 +35,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
     patience_s: float,
     disruptions: Disruptions = UNDISTURBED,
     radio: RadioSpec = LOSSLESS,
-    faults: Sequence[UnitFailure] | None = None,
+    unit_failures: Sequence[UnitFailure] | None = None,
     progress: Callable[[float], None] = lambda _: None,
 ) -> RunRecord:
     """
@@ -59,7 +59,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
         What goes wrong beside the track.
     radio
         What a controller's commands go by if they go by radio.
-    faults
+    unit_failures
         What units and the centre do wrong. Only where there are any, even none, does a protection
         see what units measure; otherwise it sees what is.
     progress
@@ -78,9 +78,12 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
     """
     protection, operation, drive = controller.protection, controller.operation, controller.drive
     units = None
-    if faults is not None:
-        radio, disruptions = silenced(radio, faults), disturbed(disruptions, world.line, faults)
-        units = Units(world, faults)
+    if unit_failures is not None:
+        radio, disruptions = (
+            silenced(radio, unit_failures),
+            disturbed(disruptions, world.line, unit_failures),
+        )
+        units = Units(world, unit_failures)
     wayside = Wayside(world, disruptions, seed)
     on_air = Radio(world, radio, seed) if controller.by_radio else None
     tracker = Tracker(world, wayside, on_air, units)
@@ -91,7 +94,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
             wayside.obstructions,
             by_radio=controller.by_radio,
             # What is promised holds as long as units do what they should; safety holds always.
-            promises=controller.promises if faults is None else None,
+            promises=controller.promises if unit_failures is None else None,
         ),
         EnergyMeter(world),
         StandstillWatch(world),

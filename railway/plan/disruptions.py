@@ -1,5 +1,5 @@
 """
-What stands in the way beside trains: points, level crossings, work zones, faulty equipment.
+What stands in the way beside trains: points, level crossings, work zones, failed equipment.
 
 All of them are the same kind of thing, an *obstruction*: a stretch of track that a train may
 not enter until it is proven to be out of the way (Sugiyama 2018, section 2.2.3).
@@ -15,20 +15,20 @@ class Cause(Enum):
     POINTS = "points"
     OBSTACLE = "obstacle"
     WORK = "work"
-    FAULT = "fault"
+    FAILURE = "fault"
 
 
-SUDDEN = frozenset({Cause.OBSTACLE, Cause.FAULT})
+SUDDEN = frozenset({Cause.OBSTACLE, Cause.FAILURE})
 """What comes unannounced, however near a train is. The others wait for the trains."""
 
 
 @dataclass(frozen=True, slots=True)
 class Closure:
     """
-    A stretch of track that is closed for a time: a work zone or faulty equipment.
+    A stretch of track that is closed for a time: a work zone or failed equipment.
 
     A work zone is announced and waits for the trains that could not stop short of it any more;
-    a fault is there at once, and nobody knows when it will be repaired.
+    a failure is there at once, and nobody knows when it will be repaired.
     """
 
     id: str

@@ -282,11 +282,11 @@ class LevelCrossing(Machine):
 
 class ClosedStretch(Machine):
     """
-    A work zone or faulty equipment.
+    A work zone or failed equipment.
 
     A work zone is *requested* when its time comes: from then on trains that can still stop
     short of it are kept out, and it is *established* once no other train is on its way into or
-    through it, and none can go by an earlier permission. A fault is established at once.
+    through it, and none can go by an earlier permission. A failure is established at once.
     """
 
     def __init__(self, world: World, closure: Closure) -> None:

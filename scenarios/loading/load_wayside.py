@@ -104,7 +104,7 @@ def _to_closure(entry: ClosureEntry, line: Line) -> Closure:
     late = entry.released if isinstance(entry, WorkZoneEntry) else None
     return Closure(
         id=entry.id,
-        cause=Cause.WORK if work else Cause.FAULT,
+        cause=Cause.WORK if work else Cause.FAILURE,
         tracks=entry.tracks or line.tracks_between(start_m, end_m),
         start_m=start_m,
         end_m=end_m,

@@ -93,7 +93,7 @@ def run(
     controller: Controller | None = None,
     delay_s: FloatArray | None = None,
     radio: RadioSpec | None = None,
-    faults: Sequence[UnitFailure] | None = None,
+    unit_failures: Sequence[UnitFailure] | None = None,
 ) -> tuple[RunRecord, Observed]:
     """
     Run a scenario; the delays are the scenario's own where None.
@@ -113,7 +113,7 @@ def run(
         patience_s=scenario.patience_s,
         disruptions=scenario.disruptions,
         radio=radio or LOSSLESS,
-        faults=faults,
+        unit_failures=unit_failures,
     )
     return record, engine
 

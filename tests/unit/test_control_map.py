@@ -27,7 +27,7 @@ def on_map(
     options: dict[str, Option] | None = None,
     overstay_s: Sequence[float] = (),
     delay_s: FloatArray | None = None,
-    faults: Sequence[UnitFailure] | None = None,
+    unit_failures: Sequence[UnitFailure] | None = None,
 ) -> tuple[RunRecord, Observed, "Listener"]:
     """Run under the control map; where no delays are named, some overstay at their second call."""
     world = world_of(scenario)
@@ -39,7 +39,7 @@ def on_map(
         delay_s[: len(overstay_s), 1] = overstay_s
     controller = replace(honest, protection=listener)
     record, engine = run(
-        scenario, controller=controller, delay_s=delay_s, radio=radio, faults=faults
+        scenario, controller=controller, delay_s=delay_s, radio=radio, unit_failures=unit_failures
     )
     return record, engine, listener
 

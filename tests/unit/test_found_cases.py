@@ -206,7 +206,7 @@ def test_a_train_beside_the_way_does_not_come_into_it_further_on() -> None:
 def test_telegrams_that_take_no_time_are_believed_where_units_may_be_wrong(cycle_s: float) -> None:
     scenario = replace(two_station_scenario(1), step_s=0.1)
     radio = RadioSpec(cycle_s=cycle_s, delay_least_s=0.0, delay_most_s=0.0)
-    record, _, _ = on_map(scenario, radio=radio, faults=())
+    record, _, _ = on_map(scenario, radio=radio, unit_failures=())
     assert record.violations == ()
     assert record.completed.all()
 

@@ -333,7 +333,7 @@ def fault_ahead(at_s: float, start_m: float = 900.0, lasts_s: float = 120.0) -> 
     """A fault of the line from 900 m on, in the way of the only train or the first one."""
     until_s = at_s + lasts_s
     return Disruptions(
-        (Closure("fault", Cause.FAULT, ("main",), start_m, 1000.0, at_s, np.inf, until_s),)
+        (Closure("fault", Cause.FAILURE, ("main",), start_m, 1000.0, at_s, np.inf, until_s),)
     )
 
 

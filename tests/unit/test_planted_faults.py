@@ -19,7 +19,7 @@ from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Authority, LineState
 from tests.property.runs import READY_S, run
-from tests.unit.test_faults import SPEC, failing, two_trains
+from tests.unit.test_unit_failures import SPEC, failing, two_trains
 from tests.worlds import world_of
 
 

@@ -168,7 +168,7 @@ def zone_scenario(cause: Cause) -> Scenario:
     [
         (crossing_scenario, "road"),
         (lambda: zone_scenario(Cause.WORK), "zone"),
-        (lambda: zone_scenario(Cause.FAULT), "zone"),
+        (lambda: zone_scenario(Cause.FAILURE), "zone"),
     ],
     ids=["level crossing", "work zone", "fault"],
 )
@@ -223,7 +223,7 @@ def test_a_lower_code_names_the_train_in_the_occupied_block() -> None:
 def test_a_train_that_brakes_for_its_platform_does_so_whatever_is_behind_it() -> None:
     # T1 stands 30 m further on than the end of the platform: no hindrance, but near.
     fault = Closure(
-        "zone", Cause.FAULT, ("main",), 1350.0, 1400.0, READY_S, READY_S + 60.0, READY_S + 400.0
+        "zone", Cause.FAILURE, ("main",), 1350.0, 1400.0, READY_S, READY_S + 60.0, READY_S + 400.0
     )
     scenario = replace(two_station_scenario(1), disruptions=Disruptions((fault,)))
     samples = samples_of(scenario)

@@ -107,7 +107,7 @@ def test_what_is_beside_the_track_is_read_in_si_units(tmp_path: Path) -> None:
                 *work_s,
                 work_s[1],
             ),
-            Closure("rail", Cause.FAULT, ("north-1",), 500.0, 600.0, *rail_s),
+            Closure("rail", Cause.FAILURE, ("north-1",), 500.0, 600.0, *rail_s),
         ),
         points_failures=(PointsFailure("parting", SEVEN_S + 120.0, SEVEN_S + 240.0),),
         obstacles=(Obstacle("road", SEVEN_S + 300.0, SEVEN_S + 330.0),),

@@ -18,7 +18,7 @@ from tests.property.runs import run
 from tests.states import behind
 from tests.worlds import commuter_train, two_station_scenario, world_of
 
-CLOSURE = Closure("zone", Cause.FAULT, ("main",), 900.0, 950.0, 0.0, np.inf, np.inf)
+CLOSURE = Closure("zone", Cause.FAILURE, ("main",), 900.0, 950.0, 0.0, np.inf, np.inf)
 
 
 def told(world: World, state: LineState) -> Unfinished:
