@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kankaku.analysis.figures.drawing import (
+from kankaku.analysis.figures.style import (
     GRID,
     INK,
     clock_axis,

@@ -8,7 +8,7 @@ import pandas as pd
 
 from kankaku.analysis.figures.capacity_diagram import capacity_figure
 from kankaku.analysis.figures.capacity_stairway import stairway_figure
-from kankaku.analysis.figures.drawing import write_figure
+from kankaku.analysis.figures.style import write_figure
 from kankaku.analysis.results import COLUMNS, STATIONS, columns_frame, stations_frame
 from kankaku.analysis.tables.capacity_tables import (
     BLOCKING_TIMES,

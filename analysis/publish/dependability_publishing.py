@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from kankaku.analysis.figures.dependability_figures import availability_figure, fault_tree_figure
-from kankaku.analysis.figures.drawing import write_figure
+from kankaku.analysis.figures.style import write_figure
 from kankaku.analysis.results import COLUMNS, columns_frame
 from kankaku.analysis.tables.columns import csv_text, json_text, write_whole
 from kankaku.analysis.tables.dependability import (

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from kankaku.analysis.figures.drawing import write_figure
 from kankaku.analysis.figures.radio_figures import (
     cell_capacity_figure,
     radio_load_figure,
     round_trip_figure,
 )
+from kankaku.analysis.figures.style import write_figure
 from kankaku.analysis.results import COLUMNS, columns_frame
 from kankaku.analysis.saved_run import SavedRun
 from kankaku.analysis.tables.columns import csv_text, json_text, write_whole

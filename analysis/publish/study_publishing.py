@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 import pandas as pd
 from matplotlib.figure import Figure
 
-from kankaku.analysis.figures.drawing import write_figure
 from kankaku.analysis.figures.interval_diagram import interval_figure
 from kankaku.analysis.figures.map_diagram import control_map_figure
 from kankaku.analysis.figures.map_window import window_of
 from kankaku.analysis.figures.speed_distance import follower_panels, speed_distance_figure
+from kankaku.analysis.figures.style import write_figure
 from kankaku.analysis.figures.time_distance import time_distance_figure
 from kankaku.analysis.figures.zoom import worst_moment, zoom_figure
 from kankaku.analysis.results import (

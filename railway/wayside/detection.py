@@ -17,9 +17,9 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import NOTHING, LineState
 from kankaku.railway.wayside.looking import (
     ROUNDING_S,
+    CircuitsShown,
+    DetectedTrains,
     Points,
-    Shown,
-    Trains,
     dangers_m,
     look_ahead,
     lower_to_locked_points,
@@ -126,7 +126,7 @@ class Detection:
         front_m, tail_m
             Ends of the trains. [m], shape (n_trains,)
         present
-            Trains on the line. shape (n_trains,)
+            DetectedTrains on the line. shape (n_trains,)
         before
             What they showed a step ago.
 
@@ -161,7 +161,7 @@ class Detection:
         front_m, tail_m
             Ends of the trains. [m], shape (n_trains,)
         present
-            Trains on the line. shape (n_trains,)
+            DetectedTrains on the line. shape (n_trains,)
         granted_to_m
             Fouling points that are not granted, or far ahead. [m], shape (n_trains,)
         seen
@@ -174,14 +174,16 @@ class Detection:
             train's own one, infinite where all are free. [m], shape (n_trains,)
         """
         trains = self._trains(front_m, tail_m, present)._replace(granted_to_m=granted_to_m)
-        danger_m = dangers_m(trains, self.circuits, Shown(seen.occupied, seen.foremost))
+        danger_m = dangers_m(trains, self.circuits, CircuitsShown(seen.occupied, seen.foremost))
         if self._points.way.size:
             lower_to_locked_points(danger_m, trains, self.circuits, self._points)
         return danger_m
 
-    def _trains(self, front_m: FloatArray, tail_m: FloatArray, present: BoolArray) -> Trains:
+    def _trains(
+        self, front_m: FloatArray, tail_m: FloatArray, present: BoolArray
+    ) -> DetectedTrains:
         """Return trains to which everything is granted."""
-        return Trains(front_m, tail_m, present, self._granted_m, self._nothing, self.route)
+        return DetectedTrains(front_m, tail_m, present, self._granted_m, self._nothing, self.route)
 
     def blind(self) -> Sight:
         """

@@ -14,7 +14,7 @@ ROUNDING_S = 1e-6
 """Times that differ by less are the same: sums of steps are not exact. [s]"""
 
 
-class Trains(NamedTuple):
+class DetectedTrains(NamedTuple):
     """Where trains are, and what is granted to them; arrays of shape (n_trains,)."""
 
     front_m: FloatArray
@@ -28,7 +28,7 @@ class Trains(NamedTuple):
     """Route of each train, as the tilings count them."""
 
 
-class Shown(NamedTuple):
+class CircuitsShown(NamedTuple):
     """What circuits show; arrays of shape (n_circuits,)."""
 
     occupied: BoolArray
@@ -52,7 +52,7 @@ class Points(NamedTuple):
 @compiled
 def touch(
     time_s: float,
-    trains: Trains,
+    trains: DetectedTrains,
     circuits: Tiling,
     touched_s: FloatArray,
     foremost: IntArray,
@@ -87,7 +87,7 @@ def touch(
 
 
 @compiled
-def dangers_m(trains: Trains, circuits: Tiling, shown: Shown) -> FloatArray:
+def dangers_m(trains: DetectedTrains, circuits: Tiling, shown: CircuitsShown) -> FloatArray:
     """
     Return how far the circuits ahead of each train are free, locked points left aside.
 
@@ -126,7 +126,7 @@ def dangers_m(trains: Trains, circuits: Tiling, shown: Shown) -> FloatArray:
 
 @compiled
 def lower_to_locked_points(
-    danger_m: FloatArray, trains: Trains, circuits: Tiling, points: Points
+    danger_m: FloatArray, trains: DetectedTrains, circuits: Tiling, points: Points
 ) -> None:
     """
     End the way of trains before points that others have locked for another way.
@@ -149,7 +149,7 @@ def lower_to_locked_points(
             way = points.way[turnout, train]
             within = trains.front_m[train] > start_m and trains.tail_m[train] < end_m
             if trains.present[train] and way >= 0 and within:
-                # Trains on two ways at once should not be; then nobody else may come.
+                # DetectedTrains on two ways at once should not be; then nobody else may come.
                 locked = way if locked in {-1, way} else -2
         if locked == -1:
             continue
@@ -162,7 +162,7 @@ def lower_to_locked_points(
 
 
 @compiled
-def _touched_by(trains: Trains, circuits: Tiling, before: IntArray) -> IntArray:
+def _touched_by(trains: DetectedTrains, circuits: Tiling, before: IntArray) -> IntArray:
     """Return the rearmost train that touches each circuit; the last one where none does now."""
     touched_by = before.copy()
     rearmost_m = np.full(before.size, np.inf)
@@ -182,9 +182,9 @@ def _touched_by(trains: Trains, circuits: Tiling, before: IntArray) -> IntArray:
 @compiled
 def _danger_by(
     danger_m: FloatArray,
-    trains: Trains,
+    trains: DetectedTrains,
     circuits: Tiling,
-    shown: Shown,
+    shown: CircuitsShown,
     rearmost: IntArray,
     points: Points,
 ) -> IntArray:
@@ -245,7 +245,7 @@ def look_ahead(
     time_s
         Now. [s]
     train_fields
-        :class:`Trains` as a plain tuple.
+        :class:`DetectedTrains` as a plain tuple.
     moving
         Speed of each train [m/s], and whether it runs; shape (n_trains,)
     line_fields
@@ -261,7 +261,7 @@ def look_ahead(
         Times and trains of the last touch of each circuit, where the way of each train ends and
         by what, and until when nothing of that changes. [s], [m]
     """
-    trains = Trains(*train_fields)
+    trains = DetectedTrains(*train_fields)
     circuits, points = Tiling(*line_fields[0]), Points(*line_fields[1])
     looked_s, before_s, before_by = before
     release_s, step_s, most_mps2 = figures
@@ -269,7 +269,7 @@ def look_ahead(
     touched_s = np.where(before_s == looked_s, time_s - step_s, before_s)
     foremost = np.full(touched_s.size, -1, dtype=np.intp)
     touch(time_s, trains, circuits, touched_s, foremost)
-    shown = Shown(time_s - touched_s <= release_s, foremost)
+    shown = CircuitsShown(time_s - touched_s <= release_s, foremost)
     danger_m = dangers_m(trains, circuits, shown)
     lower_to_locked_points(danger_m, trains, circuits, points)
     touched_by = _touched_by(trains, circuits, before_by)

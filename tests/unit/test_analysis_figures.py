@@ -6,7 +6,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from kankaku.analysis.figures.drawing import spread, write_figure
+from kankaku.analysis.figures.style import spread, write_figure
 from kankaku.analysis.figures.time_distance import time_distance_figure
 from kankaku.analysis.figures.zoom import worst_moment, zoom_figure
 from kankaku.analysis.results import stations_frame
