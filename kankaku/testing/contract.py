@@ -10,7 +10,7 @@ import numpy as np
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import PLUS
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.errors import sentence_of
+from kankaku.railway.errors import KankakuError, sentence_of
 from kankaku.railway.loop.simulate import simulate
 from kankaku.railway.plan.radio_spec import LOSSLESS
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
@@ -322,10 +322,8 @@ def check_controller(name: str) -> list[Finding]:
 
     Raises
     ------
-    ControllerError
-        If there is none of that name.
-    PluginError
-        If it is another package's, and cannot be imported.
+    KankakuError
+        If there is none of that name, or it is another package's and cannot be imported.
     """
     spec = _spec_of(name)
     world = world_of(LINES["one track"]())
@@ -341,9 +339,9 @@ def _spec_of(name: str) -> ControllerSpec:
     elif not plus:
         protection, operation = "moving_block", name
     if not plus and operation not in registry.OPERATIONS:
-        everything = [*registry.PROTECTIONS, *registry.OPERATIONS]
+        everything = dict.fromkeys([*registry.PROTECTIONS, *registry.OPERATIONS])
         told = registry.likely(name, everything)
-        raise registry.ControllerError(name, "is neither a protection nor an operation", told)
+        raise KankakuError(name, "is neither a protection nor an operation", told)
     return ControllerSpec(f"{protection}{PLUS}{operation}", protection, operation, {}, {})
 
 
