@@ -25,7 +25,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     subprocess.run(  # noqa: S603 - our own arguments
         [
             *(sys.executable, "-m", "pip", "install", "--quiet", "--no-deps"),
-            *("--target", place / "site", *packages),
+            *map(str, ("--target", place / "site", *packages)),
         ],
         check=True,
         timeout=PATIENCE_S,
