@@ -1,5 +1,5 @@
 """
-Write the result tables of the documentation from ``out/``: ``make readme``.
+Write the result tables of the documentation from ``out/``: ``make results``.
 
 Reads what the make targets ``rush-hour``, ``capacity``, ``radio``, ``availability``, ``sakai``,
 ``takaoka``, ``seeds``, ``limits``, ``reserve``, ``losses``, ``steps`` and ``bench`` left, and
@@ -35,13 +35,22 @@ SHOWN = (
     "secondary_delay_s",
     "energy_net_kwh",
 )
+PRINTED = (
+    "interstation_stop_time_s",
+    "interstation_stops",
+    "mean_arrival_delay_s",
+    "energy_net_kwh",
+)
+"""Indicators in README.md."""
+SHORT = ("close_up", "two_stage", "control_map", "atc")
+"""Controllers in README.md."""
 PLAIN = ("close_up", "two_stage", "two_stage_plain", "approach_point")
 MAPPED = ("close_up", "two_stage", "control_map")
 EXCLUSIVE = ("close_up_exclusive", "approach_point_exclusive")
 PROTECTED = ("close_up", "atc", "atd", "sumo_native_fixed", "sumo_native_moving")
 ECO = ("energy_gross_kwh", "energy_net_kwh", "scheduled_speed_kmh")
 DRAWN = ("close_up", "two_stage", "atc", "atd")
-"""Controllers in the figure of README.md."""
+"""Controllers in the first figure."""
 CAPACITY_ROWS = {
     "headway_s": "headway of the line, simulated [s]",
     "blocking_time_headway_s": "by blocking times [s]",
@@ -62,7 +71,7 @@ FIGURES = {
     "losses/losses": "losses",
     "control_map/control_map/control_map": "control_map",
 }
-"""Figures of README.md, by their places in ``out/``."""
+"""Figures of the documentation, by their places in ``out/``."""
 
 
 def comparison_table(
@@ -349,34 +358,39 @@ def _markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def _replace(file: Path, name: str, make: Callable[[], str]) -> None:
     text = file.read_text(encoding="utf-8")
     pattern = rf"(<!-- {name} -->\n).*?(<!-- end -->)"
-    changed = re.sub(
+    changed, places = re.subn(
         pattern, lambda found: f"{found[1]}{make()}\n{found[2]}", text, flags=re.DOTALL
     )
+    if places != 1:
+        msg = f"{file}: <!-- {name} --> stands there {places} times; allowed: once"
+        raise ValueError(msg)
     file.write_text(changed, encoding="utf-8")
 
 
 def main() -> None:
     """Replace the tables and the figures."""
-    readme, model = PROJECT / "README.md", PROJECT / "docs" / "model.md"
-    _replace(readme, "own-seed", lambda: comparison_table(OUT / "rush_hour", PLAIN))
+    results, model = PROJECT / "docs" / "results.md", PROJECT / "docs" / "model.md"
+    readme = PROJECT / "README.md"
+    _replace(readme, "printed", lambda: comparison_table(OUT / "rush_hour", SHORT, PRINTED))
+    _replace(results, "own-seed", lambda: comparison_table(OUT / "rush_hour", PLAIN))
     seeds = OUT / "seeds" / "rush_hour"
-    _replace(readme, "seeds", lambda: comparison_table(seeds, PLAIN))
-    _replace(readme, "exclusive", lambda: comparison_table(seeds, EXCLUSIVE))
-    _replace(readme, "protections", lambda: comparison_table(seeds, PROTECTED))
-    _replace(readme, "headways", headways_table)
-    _replace(readme, "capacity", capacity_table)
-    _replace(readme, "radio", radio_table)
-    _replace(readme, "availability", availability_table)
-    _replace(readme, "radio-speed", radio_speed)
-    _replace(readme, "eco", lambda: comparison_table(OUT / "eco_driving", (), ECO))
-    _replace(readme, "limits", limits_table)
-    _replace(readme, "own-seed-map", lambda: comparison_table(OUT / "rush_hour", MAPPED))
-    _replace(readme, "seeds-map", lambda: comparison_table(seeds, MAPPED))
-    _replace(readme, "reserve", reserve_table)
-    _replace(readme, "losses", losses_table)
-    _replace(readme, "faults", faults_table)
-    _replace(readme, "sakai", sakai_table)
-    _replace(readme, "bench", bench_table)
+    _replace(results, "seeds", lambda: comparison_table(seeds, PLAIN))
+    _replace(results, "exclusive", lambda: comparison_table(seeds, EXCLUSIVE))
+    _replace(results, "protections", lambda: comparison_table(seeds, PROTECTED))
+    _replace(results, "headways", headways_table)
+    _replace(results, "capacity", capacity_table)
+    _replace(results, "radio", radio_table)
+    _replace(results, "availability", availability_table)
+    _replace(results, "radio-speed", radio_speed)
+    _replace(results, "eco", lambda: comparison_table(OUT / "eco_driving", (), ECO))
+    _replace(results, "limits", limits_table)
+    _replace(results, "own-seed-map", lambda: comparison_table(OUT / "rush_hour", MAPPED))
+    _replace(results, "seeds-map", lambda: comparison_table(seeds, MAPPED))
+    _replace(results, "reserve", reserve_table)
+    _replace(results, "losses", losses_table)
+    _replace(results, "faults", faults_table)
+    _replace(results, "sakai", sakai_table)
+    _replace(results, "bench", bench_table)
     _replace(model, "steps", steps_table)
     draw_rush_hour()
     for place, figure in FIGURES.items():
