@@ -1,0 +1,59 @@
+"""How Sphinx builds the documentation: ``make docs``."""
+
+import sys
+import tomllib
+from pathlib import Path
+
+DOCS = Path(__file__).parent
+PROJECT = DOCS.parent
+sys.path.insert(0, str(PROJECT))
+
+from tools.api_pages import write_pages  # noqa: E402 - found on the path above
+
+write_pages(DOCS / "api" / "_pages")
+
+facts = tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["project"]
+project = "Kankaku"
+author = facts["authors"][0]["name"]
+copyright = author  # noqa: A001 - as Sphinx calls it
+version = release = facts["version"]
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "sphinx_gallery.gen_gallery",
+]
+exclude_patterns = ["_build", "tutorials"]
+myst_enable_extensions = ["colon_fence", "deflist"]
+myst_heading_anchors = 3
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+autodoc_member_order = "bysource"
+add_module_names = False
+python_use_unqualified_type_names = True
+toc_object_entries = False
+sphinx_gallery_conf = {
+    "examples_dirs": "tutorials",
+    "gallery_dirs": "_tutorials",
+    "filename_pattern": r"/plot_",
+    "download_all_examples": False,
+    "show_memory": False,
+    "show_signature": False,
+    "abort_on_example_error": True,
+    "within_subsection_order": "FileNameSortKey",
+}
+
+html_theme = "pydata_sphinx_theme"
+html_title = f"Kankaku {version}"
+html_show_sourcelink = False
+html_theme_options = {
+    "show_toc_level": 2,
+    "navigation_with_keys": False,
+    "secondary_sidebar_items": ["page-toc"],
+    "footer_start": ["copyright"],
+    "footer_end": ["sphinx-version"],
+}
