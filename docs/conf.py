@@ -1,5 +1,6 @@
 """How Sphinx builds the documentation: ``make docs``."""
 
+import re
 import sys
 import tomllib
 from pathlib import Path
@@ -22,7 +23,6 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "sphinx.ext.viewcode",
     "sphinx_gallery.gen_gallery",
 ]
 exclude_patterns = ["_build", "tutorials"]
@@ -57,3 +57,24 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "footer_end": ["sphinx-version"],
 }
+
+REFERENCE = re.compile(r"^(\s*)\.\. \[\d+\] ")
+SOURCES = re.compile(r"\]\((?:\.\./)*scenarios/(\w+)/SOURCES\.md\)")
+
+
+def number_references(_app, _what, _name, _object, _options, lines):  # noqa: ANN001, ANN201, PLR0913, PLR0917
+    """Let every docstring count its references from 1, as a list."""
+    for number, line in enumerate(lines):
+        lines[number] = REFERENCE.sub(r"\1#. ", line).replace("]_", "]")
+
+
+def point_to_pages(_app, name, source):  # noqa: ANN001, ANN201
+    """Lead to the page that holds a scenario's sources, not to the file."""
+    up = "../" * name.count("/")
+    source[0] = SOURCES.sub(rf"]({up}scenarios/\1.md)", source[0])
+
+
+def setup(app):  # noqa: ANN001, ANN201
+    """Connect both; the first one after napoleon."""
+    app.connect("autodoc-process-docstring", number_references, priority=900)
+    app.connect("source-read", point_to_pages)

@@ -4,4 +4,5 @@ Run and read
 
 x
 """
+
 print(1)
