@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from kankaku.analysis.figures.drawing import by_train
 from kankaku.analysis.results import read_results, run_folder
+from kankaku.analysis.tables.columns import by_train
 from kankaku.analysis.tables.run_tables import table_file
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.step.records import TRAJECTORY

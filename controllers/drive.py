@@ -68,9 +68,9 @@ class TractionDrive:
             *_command(
                 state.front_m,
                 state.speed_mps,
-                authority.limit_m,
+                authority.eoa_m,
                 authority.delay_s,
-                authority.limit_by,
+                authority.eoa_by,
                 authority.ceiling_mps,
                 advice.ceiling_mps,
                 self._stops,
@@ -90,9 +90,9 @@ class TractionDrive:
 def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     front_m: FloatArray,
     speed_mps: FloatArray,
-    limit_m: FloatArray,
+    eoa_m: FloatArray,
     delay_s: FloatArray,
-    limit_by: IntArray,
+    eoa_by: IntArray,
     ceiling_mps: FloatArray,
     advised_mps: FloatArray,
     stops: FloatArray,
@@ -126,7 +126,7 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         lag = 0.0
         if delay_s[train] > 0.0:
             lag = braking_loss_mps(square, place, speed, delay_s[train])
-        limit = min(max(limit_m[train], near_m), far_m)
+        limit = min(max(eoa_m[train], near_m), far_m)
         ahead = at(square, limit + row_start[train])
         # Who cannot climb stands, held by the brake.
         bounds[TRACTION, train] = max(pulled_mps(pull, train, place, speed), 0.0)
@@ -139,15 +139,13 @@ def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         emergency = max(bounds[LIMIT, train], speed - loss - emergency_extra[train])
         next_mps[train] = max(min(wish, emergency), 0.0)
         bound[train] = _lowest(
-            bounds[:, train], limit_m[train], limit_by[train], stops[0, train], far_m
+            bounds[:, train], eoa_m[train], eoa_by[train], stops[0, train], far_m
         )
     return next_mps, bounds, bound
 
 
 @compiled
-def _lowest(
-    bounds_mps: FloatArray, limit_m: float, limit_by: int, stop_m: float, far_m: float
-) -> int:
+def _lowest(bounds_mps: FloatArray, eoa_m: float, eoa_by: int, stop_m: float, far_m: float) -> int:
     """
     Return which bound a train's speed is told to be due to.
 
@@ -159,7 +157,7 @@ def _lowest(
         if bounds_mps[other] < bounds_mps[lowest]:
             lowest = other
     # Who brakes for its stop anyway does so even if the way ends soon behind it.
-    beyond = lowest == STOP and limit_m >= stop_m
-    if limit_by != NOTHING and bounds_mps[LIMIT] <= bounds_mps[lowest] and not beyond:
+    beyond = lowest == STOP and eoa_m >= stop_m
+    if eoa_by != NOTHING and bounds_mps[LIMIT] <= bounds_mps[lowest] and not beyond:
         lowest = LIMIT
     return lowest

@@ -25,9 +25,9 @@ from kankaku.controllers.protection.atd import Atd, AtdOptions
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
 from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
+from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec, keeps_pace
 from kankaku.railway.plan.scenario import ControllerSpec, Option
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import LOSSLESS, RadioSpec, keeps_pace
 from kankaku.railway.step.control import Controller
 
 __all__ = [

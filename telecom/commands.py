@@ -9,7 +9,7 @@ from kankaku.railway.radio.cells import Cells, RadioSystem
 
 
 @dataclass(slots=True)
-class Command:
+class RadioCommand:
     """A telegram to one device on its way."""
 
     made_s: float
@@ -34,7 +34,7 @@ class Presence:
         for number, row, place in zip(update.tolist(), train.tolist(), cell.tolist(), strict=True):
             self._trains.setdefault((number, place), []).append(row)
 
-    def commands(self, update: int, cell: int, made_s: float) -> list[Command]:
+    def commands(self, update: int, cell: int, made_s: float) -> list[RadioCommand]:
         """
         Return the commands of one cell in one update.
 
@@ -49,7 +49,7 @@ class Presence:
 
         Returns
         -------
-        list[Command]
+        list[RadioCommand]
             To its trains, and to the trackside devices whose turn it is.
         """
         every = self.system.updates_per_cycle
@@ -61,7 +61,7 @@ class Presence:
                 if (number + update) % every == 0
             ),
         ]
-        return [Command(made_s, cell, device) for device in devices]
+        return [RadioCommand(made_s, cell, device) for device in devices]
 
     def shared(self, update: int, cell: int) -> list[int]:
         """

@@ -9,7 +9,7 @@ import simpy
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.radio.cells import Cells, Link, RadioSystem
 from kankaku.railway.radio.traffic import LinkName, Traffic
-from kankaku.telecom.commands import Command, Presence
+from kankaku.telecom.commands import Presence, RadioCommand
 from kankaku.telecom.links import Network
 from kankaku.telecom.radio_unit import Process, RadioUnit
 
@@ -27,7 +27,7 @@ class Simulation:
         self.environment = simpy.Environment()
         self.network = Network(self.environment, system, cells.size, len(front_m))
         self.units = [RadioUnit(self.network, number, seed) for number in range(cells.size)]
-        self.commands: list[Command] = []
+        self.commands: list[RadioCommand] = []
         for unit in self.units:
             self.environment.process(unit.serve(partial(self._made_by_unit, unit)))
         if system.central:
@@ -49,12 +49,12 @@ class Simulation:
                 (update + 1) * self.system.update_s - self.environment.now
             )
 
-    def _made(self, update: int, unit: RadioUnit) -> list[Command]:
+    def _made(self, update: int, unit: RadioUnit) -> list[RadioCommand]:
         made = self.presence.commands(update, unit.number, self.environment.now)
         self.commands += made
         return made
 
-    def _made_by_unit(self, unit: RadioUnit, update: int) -> list[Command]:
+    def _made_by_unit(self, unit: RadioUnit, update: int) -> list[RadioCommand]:
         for other in self.presence.shared(update, unit.number):
             link = self.network.from_unit[unit.number]
             self.network.forward(link, self.network.to_unit[other], lambda: None)

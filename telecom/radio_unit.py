@@ -8,7 +8,7 @@ import numpy as np
 import simpy
 
 from kankaku.railway.randomness import stream
-from kankaku.telecom.commands import Command
+from kankaku.telecom.commands import RadioCommand
 from kankaku.telecom.links import Channel, Network
 
 Process: TypeAlias = Generator[simpy.Event, Any, None]
@@ -23,16 +23,16 @@ class RadioUnit:
         # Cycles of neighbours are shifted so that their packets do not meet at the switch.
         self.phase_s = number * self.system.update_s / len(network.to_unit)
         self.down, self.up = Channel(self.environment), Channel(self.environment)
-        self.inbox: list[Command] = []
-        self._waiting: dict[int, Command] = {}
-        self._unanswered: list[tuple[int, Command]] = []
+        self.inbox: list[RadioCommand] = []
+        self._waiting: dict[int, RadioCommand] = {}
+        self._unanswered: list[tuple[int, RadioCommand]] = []
         self._slot = 0
         self._slot_s, self._airtime_s = self.system.slot_s, self.system.airtime_s
         # An answer to the last slot of an update is whole so long after its beginning.
         self._gathered_s = self.system.update_s + self.system.answer_slots * self._slot_s
         self._random = stream(seed, "radio traffic", self.system.name, number)
 
-    def serve(self, make: Callable[[int], list[Command]]) -> Process:
+    def serve(self, make: Callable[[int], list[RadioCommand]]) -> Process:
         """
         Serve one update after the other.
 
@@ -52,7 +52,7 @@ class RadioUnit:
         while True:
             if not system.central and update < self.network.updates:
                 self.receive(make(update))
-            answers: list[Command] = []
+            answers: list[RadioCommand] = []
             if system.central:
                 self.environment.process(self._bring_back(answers))
             self._take_newest()
@@ -79,7 +79,7 @@ class RadioUnit:
     def _until(self, slot: int) -> simpy.Event:
         return self.environment.timeout(max(0.0, self._start_s(slot) - self.environment.now))
 
-    def receive(self, commands: list[Command]) -> None:
+    def receive(self, commands: list[RadioCommand]) -> None:
         """
         Keep commands until the next update begins.
 
@@ -96,7 +96,7 @@ class RadioUnit:
             self._waiting[command.device] = command
         self.inbox = []
 
-    def _send_next(self, answers: list[Command]) -> None:
+    def _send_next(self, answers: list[RadioCommand]) -> None:
         system = self.system
         if self._unanswered and self._unanswered[0][0] <= self._slot:
             command = self._unanswered.pop(0)[1]
@@ -126,12 +126,12 @@ class RadioUnit:
     def _passes(self) -> bool:
         return self.system.loss == 0.0 or bool(self._random.random() >= self.system.loss)
 
-    def _bring_back(self, answers: list[Command]) -> Process:
+    def _bring_back(self, answers: list[RadioCommand]) -> Process:
         """Send the answers of an update to the controller, in a packet of the usual length."""
         yield self.environment.timeout(self._gathered_s)
         uplink = self.network.from_unit[self.number]
         self.network.forward(uplink, self.network.to_controller, partial(self._returned, answers))
 
-    def _returned(self, answers: list[Command]) -> None:
+    def _returned(self, answers: list[RadioCommand]) -> None:
         for command in answers:
             command.returned_s = self.environment.now

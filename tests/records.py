@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.plan.disruptions import Obstruction
 from kankaku.railway.plan.timetable import Call, Service
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.records import (
     EnergyAccount,
     RunRecord,

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from kankaku.railway.plan.disruptions import unobstructed
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.obstructions import unobstructed
 from kankaku.railway.step.state import NOTHING, Events, LineState, beside
 
 
@@ -53,7 +53,7 @@ def behind(
         leader=np.array([-1, 0]),
         follows=np.array([False, follows]),
         clear_to_m=np.array([world.far_m, min(clear_to_m, tail_m[0]) if follows else clear_to_m]),
-        granted_m=np.full(2, min(clear_to_m, world.far_m)),
+        granted_to_m=np.full(2, min(clear_to_m, world.far_m)),
         granted_by=np.full(2, beside(0) if clear_to_m < world.far_m else NOTHING),
         next_call=np.ones(2, dtype=np.intp),
         stop_m=world.stop_m[:, 1],

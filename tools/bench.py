@@ -29,7 +29,7 @@ from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.control import Operation
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Advice, Authority, LineState
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.radio_network import load_radio_plan
 from kankaku.studies import study
 from kankaku.studies.radio_study import EvenTrains, Question, perform

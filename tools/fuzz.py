@@ -27,9 +27,9 @@ from typing import NamedTuple
 from kankaku.controllers import registry
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.randomness import stream
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.cell_texts import printable
 from kankaku.scenarios.reading.dependability_files import load_configurations, load_fault_tree
-from kankaku.scenarios.reading.load import load
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from kankaku.scenarios.reading.radio_network import load_radio_plan
 from kankaku.studies import study
@@ -133,7 +133,7 @@ def examine(plan: Plan, number: int, place: Path) -> Iterator[Answer]:
         for spec in scenario.controllers:
             registry.build(spec, world, scenario.radio)
     except ScenarioError as error:
-        yield _refusal([str(fault) for fault in error.faults])
+        yield _refusal([str(mistake) for mistake in error.mistakes])
         return
     except registry.ControllerError as error:
         yield _refusal([str(error)])

@@ -19,7 +19,7 @@ from kankaku.analysis.figures.loss_diagram import loss_figure
 from kankaku.analysis.tables.run_tables import run_tables
 from kankaku.analysis.tables.summary import summary_frame
 from kankaku.railway.step.state import Reason
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.studies import study
 from kankaku.workers import performed
 

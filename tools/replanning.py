@@ -8,9 +8,9 @@ import numpy as np
 from kankaku.controllers.centre.reports import Reports
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.plan.disruptions import unobstructed
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.obstructions import unobstructed
 from kankaku.railway.step.state import NOTHING, Events, LineState
 from kankaku.studies import study
 
@@ -91,7 +91,7 @@ def crowded(world: World, jitter: FloatArray) -> LineState:
         leader=rows - 1,
         follows=rows > 0,
         clear_to_m=np.append(world.far_m, (front_m - world.length_m)[:-1]),
-        granted_m=np.full(world.size, world.far_m),
+        granted_to_m=np.full(world.size, world.far_m),
         granted_by=np.full(world.size, NOTHING),
         next_call=call,
         stop_m=world.stop_m[rows, call],

@@ -15,13 +15,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from kankaku.analysis.figures.drawing import label_of, write_figure
+from kankaku.analysis.figures.drawing import write_figure
 from kankaku.analysis.figures.time_distance import time_distance_figure
 from kankaku.analysis.results import read_results
-from kankaku.analysis.tables.compare import change_pct, comparison, comparison_texts
+from kankaku.analysis.tables.compare import change_pct, comparison
 from kankaku.analysis.tables.dependability import ROWS as AVAILABILITY_ROWS
 from kankaku.analysis.tables.radio_tables import LABELS as RADIO_LABELS
 from kankaku.analysis.tables.sweep import SWEEP_INDICATORS
+from kankaku.analysis.texts.comparison_texts import comparison_texts
+from kankaku.analysis.words import label_of
 from tools.bench import CONTROLLERS, TRAINS
 
 PROJECT = Path(__file__).parents[1]

@@ -10,15 +10,14 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 from kankaku.analysis.figures.drawing import (
     BOOKED,
     INK,
-    KMH_PER_MPS,
     PALETTE,
     colour,
-    label_of,
     plain_frame,
     spread,
     style,
 )
-from kankaku.analysis.tables.capacity_tables import LEVELS, Assessment
+from kankaku.analysis.tables.capacity_tables import LEVELS, CapacityAssessment
+from kankaku.analysis.words import KMH_PER_MPS, label_of
 
 TARGETS = (
     ("A", 30.0, (120.0, 150.0)),
@@ -41,7 +40,7 @@ _LABEL_GAP = 2.6
 """Smallest distance between two labels, in trains per hour. [1/h]"""
 
 
-def capacity_figure(assessments: Sequence[Assessment], *, title: str) -> Figure:
+def capacity_figure(assessments: Sequence[CapacityAssessment], *, title: str) -> Figure:
     """
     Draw where some controllers stand between the curves of constant transport capacity.
 
@@ -77,7 +76,7 @@ def capacity_figure(assessments: Sequence[Assessment], *, title: str) -> Figure:
     return figure
 
 
-def _range(assessments: Sequence[Assessment]) -> tuple[float, float]:
+def _range(assessments: Sequence[CapacityAssessment]) -> tuple[float, float]:
     trains = [3600.0 / found.headway_s for found in assessments]
     return min(TRAINS_PER_HOUR[0], *trains) - 1.0, max(TRAINS_PER_HOUR[1], *trains) + 1.0
 
@@ -131,8 +130,8 @@ def _draw_targets(axes: Axes) -> None:
         )
 
 
-def _draw_controllers(axes: Axes, assessments: Sequence[Assessment]) -> None:
-    places: dict[tuple[float, float], list[Assessment]] = {}
+def _draw_controllers(axes: Axes, assessments: Sequence[CapacityAssessment]) -> None:
+    places: dict[tuple[float, float], list[CapacityAssessment]] = {}
     for found in assessments:
         place = round(found.headway_s, 1), round(found.scheduled_speed_mps, 2)
         places.setdefault(place, []).append(found)

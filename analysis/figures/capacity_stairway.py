@@ -10,8 +10,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
-from kankaku.analysis.figures.drawing import INK, colour, label_of, station_axis, style
-from kankaku.analysis.tables.capacity_tables import Assessment, distinct
+from kankaku.analysis.figures.drawing import INK, colour, station_axis, style
+from kankaku.analysis.tables.capacity_tables import CapacityAssessment, distinct
+from kankaku.analysis.words import label_of
 
 PANEL_WIDTH_IN = 5.6
 PANEL_HEIGHT_IN = 3.9
@@ -24,7 +25,7 @@ _FEW = 100
 
 
 def stairway_figure(
-    assessments: Sequence[Assessment], stations: pd.DataFrame, *, title: str
+    assessments: Sequence[CapacityAssessment], stations: pd.DataFrame, *, title: str
 ) -> Figure:
     """
     Draw three trains around the critical station, moved together until their stairways touch.
@@ -74,12 +75,12 @@ def stairway_figure(
     return figure
 
 
-def _touching(found: Assessment) -> int:
+def _touching(found: CapacityAssessment) -> int:
     """Return the call on the way to which stairways touch first."""
     return 1 + int(found.by_theory_s.argmax())
 
 
-def _place(found: Assessment) -> tuple[float, float]:
+def _place(found: CapacityAssessment) -> tuple[float, float]:
     """Return the stretch from the call before the critical one to the call behind it. [m]"""
     calls = found.service.calls
     call = _touching(found)
@@ -92,12 +93,14 @@ def _near(stations: pd.DataFrame, low_m: float, high_m: float) -> pd.DataFrame:
     return stations[stations["chainage_m"].between(low_m, high_m)]
 
 
-def _origin_s(found: Assessment) -> float:
+def _origin_s(found: CapacityAssessment) -> float:
     """Return when the first train departs towards the critical station. [s]"""
     return float(found.journey.departure_s[_touching(found) - 1])
 
 
-def _span_s(shown: Sequence[Assessment], low_m: float, high_m: float) -> tuple[float, float]:
+def _span_s(
+    shown: Sequence[CapacityAssessment], low_m: float, high_m: float
+) -> tuple[float, float]:
     """Return the time that the first and the last train take through the place. [s]"""
     begins_s, ends_s = [], []
     for found in shown:
@@ -110,7 +113,9 @@ def _span_s(shown: Sequence[Assessment], low_m: float, high_m: float) -> tuple[f
     return min(begins_s) - 15.0, max(ends_s) + 15.0
 
 
-def _draw_panel(axes: Axes, found: Assessment, place_m: tuple[float, float], shade: str) -> None:
+def _draw_panel(
+    axes: Axes, found: CapacityAssessment, place_m: tuple[float, float], shade: str
+) -> None:
     edges_m = found.stretches.edges_m
     first = max(int(np.searchsorted(edges_m, place_m[0])) - 1, 0)
     last = int(np.searchsorted(edges_m, place_m[1]))
@@ -142,7 +147,7 @@ def _draw_panel(axes: Axes, found: Assessment, place_m: tuple[float, float], sha
     _mark_touch(axes, found)
 
 
-def _mark_touch(axes: Axes, found: Assessment) -> None:
+def _mark_touch(axes: Axes, found: CapacityAssessment) -> None:
     """Mark where the second stairway touches the first one, and the third one the second."""
     decides = int(np.nanargmax(found.end_s - found.begin_s))
     start_m, end_m = found.stretches.edges_m[decides : decides + 2]
@@ -160,7 +165,7 @@ def _mark_touch(axes: Axes, found: Assessment) -> None:
 
 def _frame(
     axes: Axes,
-    group: Sequence[Assessment],
+    group: Sequence[CapacityAssessment],
     place_m: tuple[float, float],
     shade: str,
     stations: pd.DataFrame,

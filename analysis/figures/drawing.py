@@ -13,7 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, MultipleLocator
 
-from kankaku.analysis.tables.columns import write_whole
+from kankaku.analysis.tables.columns import by_train, write_whole
+from kankaku.analysis.words import clock
 from kankaku.railway.arrays import FloatArray
 
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#AA4499", "#56B4E9", "#E69F00", "#332288")
@@ -41,7 +42,6 @@ STYLE: dict[Any, Any] = {
     "ytick.color": INK,
 }
 PNG_DPI = 160
-KMH_PER_MPS = 3.6
 _CLOCK_STEPS_S = (60, 120, 300, 600, 900, 1800, 3600, 7200, 14400)
 
 
@@ -84,44 +84,6 @@ def dashes(index: int) -> str | tuple[float, tuple[float, ...]]:
         Solid, until the colours are used up.
     """
     return DASHES[index // len(PALETTE) % len(DASHES)]
-
-
-def label_of(name: str) -> str:
-    """
-    Return a name as a reader likes to see it.
-
-    Parameters
-    ----------
-    name
-        Identifier of a controller.
-
-    Returns
-    -------
-    str
-        The same with spaces.
-    """
-    return name.replace("_", " ")
-
-
-def clock(time_s: float, _position: int | None = None, *, seconds: bool = False) -> str:
-    """
-    Return a time of day.
-
-    Parameters
-    ----------
-    time_s
-        Seconds after midnight. [s]
-    seconds
-        Show seconds too.
-
-    Returns
-    -------
-    str
-        ``hh:mm`` or ``hh:mm:ss``.
-    """
-    whole = round(time_s)
-    minutes = f"{whole // 3600 % 24:02d}:{whole // 60 % 60:02d}"
-    return f"{minutes}:{whole % 60:02d}" if seconds else minutes
 
 
 def clock_axis(axes: Axes, start_s: float, end_s: float, *, ticks: int = 9) -> None:
@@ -227,23 +189,6 @@ def plain_frame(axes: Axes) -> None:
     axes.grid(color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
-
-
-def by_train(frame: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """
-    Split a table by train.
-
-    Parameters
-    ----------
-    frame
-        A table with a column ``train``.
-
-    Returns
-    -------
-    list[tuple[str, pd.DataFrame]]
-        Trains in order of appearance with their rows.
-    """
-    return [(str(train), rows) for train, rows in frame.groupby("train", sort=False)]
 
 
 def draw_booked(axes: Axes, calls: pd.DataFrame, *, label: str) -> None:

@@ -16,18 +16,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from kankaku.analysis.figures.drawing import (
-    GRID,
-    INK,
-    by_train,
-    clock_axis,
-    label_of,
-    station_axis,
-    style,
-)
+from kankaku.analysis.figures.drawing import GRID, INK, clock_axis, station_axis, style
 from kankaku.analysis.figures.map_window import CAUSES, Window
-from kankaku.analysis.tables.columns import rows_of
+from kankaku.analysis.tables.columns import by_train, rows_of
 from kankaku.analysis.tables.run_tables import RunTables
+from kankaku.analysis.words import label_of
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.scenario import Scenario
@@ -47,7 +40,7 @@ LOOKS: Mapping[str, tuple[str, str]] = {
 """Colour and hatching of every cause."""
 
 
-class Layer(NamedTuple):
+class MapLayer(NamedTuple):
     """A panel: the main tracks, or a parallel track between the main ones."""
 
     title: str
@@ -166,10 +159,10 @@ def _runs(run: RunTables, scenario: Scenario, window: Window) -> Iterator[Run]:
             drawn += 1
 
 
-def _layers(line: Line, runs: Sequence[Run], window: Window) -> list[Layer]:
+def _layers(line: Line, runs: Sequence[Run], window: Window) -> list[MapLayer]:
     """Return the main tracks, and each parallel track that a train was on."""
     main = tuple(section.tracks[0].id for section in line.sections)
-    layers = [Layer("main tracks", main, window.low_m, window.high_m)]
+    layers = [MapLayer("main tracks", main, window.low_m, window.high_m)]
     for number, section in enumerate(line.sections):
         low_m, high_m = section.start_m - BEYOND_M, section.end_m + BEYOND_M
         if section.end_m <= window.low_m or section.start_m >= window.high_m:
@@ -182,11 +175,13 @@ def _layers(line: Line, runs: Sequence[Run], window: Window) -> list[Layer]:
             )
             if used:
                 tracks = (*main[:number], track.id, *main[number + 1 :])
-                layers.append(Layer(f"track {track.id}", tracks, low_m, high_m))
+                layers.append(MapLayer(f"track {track.id}", tracks, low_m, high_m))
     return layers
 
 
-def _stretches_m(route: Sequence[str], layer: Layer, line: Line) -> Iterator[tuple[float, float]]:
+def _stretches_m(
+    route: Sequence[str], layer: MapLayer, line: Line
+) -> Iterator[tuple[float, float]]:
     """Yield from where to where a route keeps to a layer."""
     first = line.section_of_track[route[0]]
     start_m = None
@@ -201,7 +196,7 @@ def _stretches_m(route: Sequence[str], layer: Layer, line: Line) -> Iterator[tup
         yield start_m, end_m
 
 
-def _draw_train(axes: Axes, train: Run, layer: Layer, line: Line) -> None:
+def _draw_train(axes: Axes, train: Run, layer: MapLayer, line: Line) -> None:
     elsewhere: BoolArray = np.ones(train.time_s.size, dtype=np.bool_)
     for start_m, end_m in _stretches_m(train.route, layer, line):
         here = (train.front_m >= start_m) & (train.front_m <= end_m)

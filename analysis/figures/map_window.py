@@ -5,10 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kankaku.analysis.figures.drawing import clock
 from kankaku.analysis.figures.zoom import worst_moment
 from kankaku.analysis.tables.columns import rows_of
 from kankaku.analysis.tables.run_tables import DWELLING, RunTables
+from kankaku.analysis.words import clock
 from kankaku.railway.plan.scenario import Scenario
 
 APPROACH_M = 1000.0

@@ -11,10 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from kankaku.analysis.figures.drawing import KMH_PER_MPS, colour, label_of, plain_frame, style
+from kankaku.analysis.figures.drawing import colour, plain_frame, style
 from kankaku.analysis.tables.columns import rows_of
 from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.analysis.tables.sweep import following_arrival
+from kankaku.analysis.words import KMH_PER_MPS, label_of
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.scenario import Sweep
@@ -28,7 +29,7 @@ _BRIGHTEST = 0.88
 """The end of the colour map is too pale for a line. [-]"""
 
 
-class Curve(NamedTuple):
+class SpeedCurve(NamedTuple):
     """Speed over chainage of one run, measured or computed."""
 
     label: str
@@ -42,7 +43,7 @@ class Panel(NamedTuple):
     """Curves on the same axes."""
 
     title: str
-    curves: Sequence[Curve]
+    curves: Sequence[SpeedCurve]
     platform_m: tuple[float, float] | None = None
     """Platform that is shaded, from end to end. [m]"""
 
@@ -165,7 +166,7 @@ def follower_panels(runs: Iterable[RunTables], sweep: Sweep, line: Line) -> list
     ]
 
 
-def _curve(run: RunTables, sweep: Sweep) -> Curve | None:
+def _curve(run: RunTables, sweep: Sweep) -> SpeedCurve | None:
     behind = following_arrival(run.calls, sweep)
     if behind is None:
         return None
@@ -175,7 +176,7 @@ def _curve(run: RunTables, sweep: Sweep) -> Curve | None:
     samples = run.trajectory[run.trajectory["train"] == behind["follower"]]
     way = samples[samples["time_s"].between(start["departure_s"], end["arrival_s"])]
     # Samples do not fall on the moments at which a train starts and stops.
-    return Curve(
+    return SpeedCurve(
         f"{run.initial_delay_s:g} s",
         np.array([start["stop_m"], *way["front_m"].tolist(), end["stop_m"]]),
         np.array([0.0, *way["speed_mps"].tolist(), 0.0]),

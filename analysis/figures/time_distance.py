@@ -13,16 +13,16 @@ from matplotlib.patches import Patch
 from kankaku.analysis.figures.drawing import (
     BOOKED,
     STOP,
-    by_train,
     clock_axis,
     colour,
     draw_booked,
-    label_of,
     station_axis,
     style,
 )
+from kankaku.analysis.tables.columns import by_train
 from kankaku.analysis.tables.interstation import stop_totals
 from kankaku.analysis.tables.run_tables import RunTables
+from kankaku.analysis.words import label_of
 
 PANEL_WIDTH_IN = 7.0
 PANEL_HEIGHT_IN = 4.3

@@ -11,19 +11,16 @@ from matplotlib.figure import Figure
 from kankaku.analysis.figures.drawing import (
     GRID,
     INK,
-    KMH_PER_MPS,
-    by_train,
-    clock,
     clock_axis,
     colour,
     dashes,
     draw_booked,
-    label_of,
     station_axis,
     style,
 )
-from kankaku.analysis.tables.columns import rows_of
+from kankaku.analysis.tables.columns import by_train, rows_of
 from kankaku.analysis.tables.run_tables import RunTables
+from kankaku.analysis.words import KMH_PER_MPS, clock, label_of
 
 BEFORE_S = 180.0
 AFTER_S = 240.0

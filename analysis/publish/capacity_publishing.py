@@ -15,7 +15,7 @@ from kankaku.analysis.tables.capacity_tables import (
     CAPACITY,
     CAPACITY_TABLES,
     HEADWAYS,
-    Assessment,
+    CapacityAssessment,
     blocking_times_frame,
     capacity_frame,
     headways_frame,
@@ -38,7 +38,7 @@ class CapacityTables(NamedTuple):
 def publish_capacity(
     folder: Path,
     scenario: Scenario,
-    assessments: Sequence[Assessment],
+    assessments: Sequence[CapacityAssessment],
     provenance: Mapping[str, Any],
 ) -> CapacityTables:
     """

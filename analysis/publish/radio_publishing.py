@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from kankaku.analysis.figures.drawing import label_of, write_figure
+from kankaku.analysis.figures.drawing import write_figure
 from kankaku.analysis.figures.radio_figures import (
     cell_capacity_figure,
     radio_load_figure,
@@ -28,6 +28,7 @@ from kankaku.analysis.tables.radio_tables import (
     round_trips_frame,
     utilisation_frame,
 )
+from kankaku.analysis.words import label_of
 from kankaku.railway.radio.cells import RadioPlan
 
 RADIO_FILES = ("radio_load.csv", "columns.csv")

@@ -1,13 +1,10 @@
-"""The tables of a fault campaign: every run, and what became of each kind of fault."""
+"""The tables of a campaign of failures: every run, and what became of each kind of failure."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Mapping
 
 import pandas as pd
 
-from kankaku.analysis.results import COLUMNS, columns_frame
-from kankaku.analysis.tables.columns import csv_text, json_text, rows_frame, rows_of, write_whole
+from kankaku.analysis.tables.columns import rows_frame
 from kankaku.railway.step.records import Column
 
 FAULT_RUNS = (
@@ -48,17 +45,9 @@ FAULT_TABLES: Mapping[str, tuple[Column, ...]] = {
 }
 
 
-class FaultTables(NamedTuple):
-    """What was written, and where."""
-
-    folder: Path
-    runs: pd.DataFrame
-    table: pd.DataFrame
-
-
 def fault_table(runs: pd.DataFrame) -> pd.DataFrame:
     """
-    Return what became of each kind of fault.
+    Return what became of each kind of failure.
 
     Parameters
     ----------
@@ -99,71 +88,3 @@ def _by_frequency(told: Iterable[str]) -> str:
     counts = pd.Series(list(told), dtype="str").value_counts(sort=False)
     ordered = sorted(counts.items(), key=lambda item: (-item[1], str(item[0])))
     return ", ".join(str(name) for name, _ in ordered if name != "none") or "none"
-
-
-def fault_texts(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
-    """
-    Return the table of faults as a reader likes to see it.
-
-    Parameters
-    ----------
-    table
-        The table ``fault_table``.
-
-    Returns
-    -------
-    tuple[list[str], list[list[str]]]
-        Header and rows.
-    """
-    header = [
-        *("fault", "runs", "detection", "reaction"),
-        *("trains stopped", "delay caused [s]", "unsafe events"),
-    ]
-    return header, [
-        [
-            row["variant"],
-            str(row["runs"]),
-            _detection(row),
-            row["reaction"],
-            f"{row['trains_stopped']:.2f}",
-            f"{row['delay_caused_s']:.1f}",
-            str(row["unsafe_events"]),
-        ]
-        for row in rows_of(table)
-    ]
-
-
-def _detection(row: Mapping[str, Any]) -> str:
-    if not row["detected_percent"]:
-        return "none"
-    told = f"{row['detected_percent']:.0f} %, after {row['detected_after_s']:.1f} s"
-    return f"{row['detection']} ({told})"
-
-
-def publish_faults(
-    folder: Path, rows: Sequence[Mapping[str, object]], provenance: Mapping[str, Any]
-) -> FaultTables:
-    """
-    Write the tables of a campaign, the meaning of their columns, and provenance.
-
-    Parameters
-    ----------
-    folder
-        An existing folder.
-    rows
-        Rows of ``fault_runs``.
-    provenance
-        What was run; anything that JSON can hold.
-
-    Returns
-    -------
-    FaultTables
-        What was written.
-    """
-    runs = rows_frame(rows, FAULT_RUNS)
-    table = fault_table(runs)
-    write_whole(folder / "provenance.json", json_text(provenance))
-    write_whole(folder / "columns.csv", csv_text(columns_frame(FAULT_TABLES), COLUMNS))
-    write_whole(folder / "fault_runs.csv", csv_text(runs, FAULT_RUNS))
-    write_whole(folder / "fault_table.csv", csv_text(table, FAULT_TABLE))
-    return FaultTables(folder, runs, table)

@@ -3,17 +3,17 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from kankaku.analysis.figures.drawing import KMH_PER_MPS, label_of
-from kankaku.analysis.tables.columns import rows_frame, rows_of
+from kankaku.analysis.tables.columns import rows_frame
+from kankaku.analysis.words import KMH_PER_MPS
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.capacity.blocking_time import Headway
 from kankaku.railway.motion.journey import Journey
-from kankaku.railway.plan.pattern import BUSIEST_S, PeakPattern, total_dwell_s
+from kankaku.railway.plan.pattern import PeakPattern, total_dwell_s
 from kankaku.railway.plan.timetable import Service, Timetable
 from kankaku.railway.step.records import Column
 
@@ -116,7 +116,7 @@ def percent_of(compressed_s: float, booked_s: float) -> float:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Assessment:
+class CapacityAssessment:
     """What is found out about one controller."""
 
     controller: str
@@ -187,7 +187,7 @@ def level_of(transport_capacity: float) -> str:
     return reached[-1] if reached else ""
 
 
-def headways_frame(assessments: Iterable[Assessment], timetable: Timetable) -> pd.DataFrame:
+def headways_frame(assessments: Iterable[CapacityAssessment], timetable: Timetable) -> pd.DataFrame:
     """
     Return the headways by station.
 
@@ -229,7 +229,7 @@ def headways_frame(assessments: Iterable[Assessment], timetable: Timetable) -> p
     return rows_frame(rows, HEADWAYS)
 
 
-def _block_given_up(found: Assessment, headway: Headway) -> str:
+def _block_given_up(found: CapacityAssessment, headway: Headway) -> str:
     """Return the block whose end of blocking is the moment that decides."""
     given_up_s = headway.time_s + headway.headway_s
     return found.stretches.names[int(np.nanargmin(np.abs(found.end_s - given_up_s)))]
@@ -247,7 +247,7 @@ def _least_intervals_s(timetable: Timetable) -> dict[tuple[str, str], float]:
     }
 
 
-def capacity_frame(assessments: Iterable[Assessment]) -> pd.DataFrame:
+def capacity_frame(assessments: Iterable[CapacityAssessment]) -> pd.DataFrame:
     """
     Return the capacity of the line by controller.
 
@@ -292,7 +292,7 @@ def capacity_frame(assessments: Iterable[Assessment]) -> pd.DataFrame:
     return rows_frame(rows, CAPACITY)
 
 
-def blocking_times_frame(assessments: Iterable[Assessment]) -> pd.DataFrame:
+def blocking_times_frame(assessments: Iterable[CapacityAssessment]) -> pd.DataFrame:
     """
     Return the blocking times.
 
@@ -328,120 +328,7 @@ def blocking_times_frame(assessments: Iterable[Assessment]) -> pd.DataFrame:
     return rows_frame(rows, BLOCKING_TIMES)
 
 
-def headway_texts(
-    headways: pd.DataFrame, names: Mapping[str, str]
-) -> tuple[list[str], list[list[str]], list[str]]:
-    """
-    Return the headways as a reader likes to see them.
-
-    Parameters
-    ----------
-    headways
-        The table ``headways``.
-    names
-        Names of the stations.
-
-    Returns
-    -------
-    tuple[list[str], list[list[str]], list[str]]
-        Header and rows: stations down, controllers across, in brackets as simulated; and
-        sentences about controllers that have the same headways as one before.
-    """
-    by_controller = {
-        str(name): rows_of(rows) for name, rows in headways.groupby("controller", sort=False)
-    }
-    alike: dict[tuple[float, ...], list[str]] = {}
-    for name, rows in by_controller.items():
-        alike.setdefault(tuple(row["blocking_time_headway_s"] for row in rows), []).append(name)
-    firsts = [group[0] for group in alike.values()]
-    table = [
-        [names[row["station"]], f"{row['dwell_s']:.0f}"]
-        + [_with_simulated(by_controller[name][place]) for name in firsts]
-        for place, row in enumerate(by_controller[firsts[0]])
-    ]
-    notes = [
-        f"As {label_of(first)}: {', '.join(map(label_of, others))}"
-        for first, *others in alike.values()
-        if others
-    ]
-    return ["station", "dwell [s]", *firsts], table, notes
-
-
-def _with_simulated(row: Mapping[str, Any]) -> str:
-    simulated_s = row["simulated_headway_s"]
-    told = "" if np.isnan(simulated_s) else f" ({simulated_s:.1f})"
-    return f"{row['blocking_time_headway_s']:.1f}{told}"
-
-
-def capacity_texts(
-    capacity: pd.DataFrame, names: Mapping[str, str]
-) -> tuple[list[str], list[list[str]]]:
-    """
-    Return the capacity as a reader likes to see it.
-
-    Parameters
-    ----------
-    capacity
-        The table ``capacity``.
-    names
-        Names of the stations.
-
-    Returns
-    -------
-    tuple[list[str], list[list[str]]]
-        Header and rows: indicators down, controllers across.
-    """
-    rows = rows_of(capacity)
-    told = {
-        "headway of the line [s]": [f"{row['headway_s']:.1f}" for row in rows],
-        "by blocking times [s]": [f"{row['blocking_time_headway_s']:.1f}" for row in rows],
-        "critical station": [names[row["critical_station"]] for row in rows],
-        "dwell there [s]": [f"{row['critical_dwell_s']:.0f}" for row in rows],
-        "trains per hour": [f"{row['trains_per_hour']:.1f}" for row in rows],
-        "scheduled speed [km/h]": [f"{row['scheduled_speed_kmh']:.1f}" for row in rows],
-        "transport capacity": [f"{row['transport_capacity']:,.0f}" for row in rows],
-        "level": [row["level"] or "-" for row in rows],
-        "occupation [%]": [_percent(row["occupation_percent"]) for row in rows],
-        "busiest hour [%]": [_percent(row["busiest_occupation_percent"]) for row in rows],
-    }
-    header = ["indicator", *capacity["controller"].tolist()]
-    return header, [[name, *cells] for name, cells in told.items()]
-
-
-def pattern_text(capacity: pd.DataFrame) -> str:
-    """
-    Return whose pattern the headways are of, and why.
-
-    Parameters
-    ----------
-    capacity
-        The table ``capacity``.
-
-    Returns
-    -------
-    str
-        A sentence.
-    """
-    row = rows_of(capacity)[0]
-    begin_s = row["busiest_begin_s"]
-    return (
-        f"Pattern: train {row['train']}, for {row['pattern_trains']} of "
-        f"{row['busiest_trains']} trains of the busiest hour ({_clock(begin_s)} to "
-        f"{_clock(begin_s + BUSIEST_S)} at their last stations), with the median of their booked "
-        f"dwells, {row['pattern_dwell_s']:.0f} s behind the first station"
-    )
-
-
-def _clock(time_s: float) -> str:
-    minutes = int(time_s // 60.0)
-    return f"{minutes // 60:02d}:{minutes % 60:02d}"
-
-
-def _percent(value: float) -> str:
-    return "-" if np.isnan(value) else f"{value:.1f}"
-
-
-def distinct(assessments: Sequence[Assessment]) -> list[list[Assessment]]:
+def distinct(assessments: Sequence[CapacityAssessment]) -> list[list[CapacityAssessment]]:
     """
     Group controllers that have the same blocking times: other operations over one protection.
 
@@ -452,10 +339,10 @@ def distinct(assessments: Sequence[Assessment]) -> list[list[Assessment]]:
 
     Returns
     -------
-    list[list[Assessment]]
+    list[list[CapacityAssessment]]
         Groups in the order of their first controllers.
     """
-    groups: dict[tuple[float, ...], list[Assessment]] = {}
+    groups: dict[tuple[float, ...], list[CapacityAssessment]] = {}
     for found in assessments:
         groups.setdefault(tuple(found.by_theory_s.round(3).tolist()), []).append(found)
     return list(groups.values())

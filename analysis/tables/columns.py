@@ -232,3 +232,20 @@ def write_whole(file: Path, content: str | bytes) -> None:
             partial.unlink(missing_ok=True)
         # A full disk does not say which one it is.
         raise OSError(error.errno, error.strerror, str(file)) from error
+
+
+def by_train(frame: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    """
+    Split a table by train.
+
+    Parameters
+    ----------
+    frame
+        A table with a column ``train``.
+
+    Returns
+    -------
+    list[tuple[str, pd.DataFrame]]
+        Trains in order of appearance with their rows.
+    """
+    return [(str(train), rows) for train, rows in frame.groupby("train", sort=False)]

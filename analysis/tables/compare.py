@@ -7,13 +7,13 @@ large enough is declared beside each indicator. Elsewhere the difference itself 
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 from scipy.special import stdtrit
 
-from kankaku.analysis.tables.columns import rows_frame, rows_of
+from kankaku.analysis.tables.columns import rows_frame
 from kankaku.analysis.tables.summary import SUMMARY
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.step.records import Column
@@ -130,33 +130,6 @@ def change_pct(indicator: str, difference: float, reference: float) -> float:
     return 100.0 * difference / reference if reference > above else np.nan
 
 
-def change_text(cell: Mapping[str, Any]) -> str:
-    """
-    Return a change as a reader likes to see it.
-
-    Parameters
-    ----------
-    cell
-        Unit, difference, half width of its interval and change in per cent, by the columns of
-        ``COMPARISON``.
-
-    Returns
-    -------
-    str
-        In per cent where there are any, else in the indicator's unit; after the sign ± the half
-        width where there is one.
-    """
-    difference, interval, percent = cell["difference"], cell["confidence_95"], cell["change_pct"]
-    told, unit = (difference, cell["unit"]) if np.isnan(percent) else (percent, "%")
-    decimals = _decimals(told) if np.isnan(percent) else 1
-    # Adding nothing turns a rounded -0.0 into 0.0.
-    text = f"{round(told, decimals) + 0.0:+,.{decimals}f}"
-    if difference != 0.0 and not np.isnan(interval):
-        half = abs(interval) if np.isnan(percent) else abs(interval * percent / difference)
-        text += f" ± {half:,.{decimals}f}"
-    return f"{text} {unit}".rstrip()
-
-
 def half_width(differences: FloatArray) -> float:
     """
     Return half the width of the 95 % confidence interval of a mean.
@@ -181,66 +154,3 @@ def half_width(differences: FloatArray) -> float:
         return np.nan
     spread = float(differences.std(ddof=1))
     return float(stdtrit(count - 1, 0.5 + CONFIDENCE / 2)) * spread / float(np.sqrt(count))
-
-
-def comparison_texts(compared: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
-    """
-    Return the comparison as texts, one row per indicator and one column per controller.
-
-    Parameters
-    ----------
-    compared
-        What :func:`comparison` returned.
-
-    Returns
-    -------
-    tuple[list[str], list[list[str]]]
-        Header and rows. A cell shows the mean and, but for the baseline, the change against
-        it with the half width of its 95 % interval where there are several seeds.
-    """
-    controllers = list(dict.fromkeys(compared["controller"]))
-    rows: dict[str, list[str]] = {}
-    for cell in rows_of(compared):
-        indicator, unit = cell["indicator"], cell["unit"]
-        label = INDICATORS.get(indicator, Indicator(indicator)).label
-        row = rows.setdefault(indicator, [f"{label} [{unit}]" if unit else label])
-        row.append(_cell_text(cell, baseline=cell["controller"] == controllers[0]))
-    return ["indicator", *controllers], list(rows.values())
-
-
-def comparison_note(compared: pd.DataFrame) -> str:
-    """
-    Return what the brackets of the texts hold.
-
-    Parameters
-    ----------
-    compared
-        What :func:`comparison` returned.
-
-    Returns
-    -------
-    str
-        Half a sentence.
-    """
-    baseline = compared["controller"].iloc[0]
-    told = f"In brackets: change against {baseline}"
-    others = compared[(compared["controller"] != baseline) & compared["difference"].notna()]
-    in_units = others[others["change_pct"].isna()]["indicator"]
-    labels = [INDICATORS[name].label for name in INDICATORS if name in set(in_units)]
-    if labels:
-        told += f", no per cents where it is near zero or negative ({', '.join(labels)})"
-    return told
-
-
-def _cell_text(cell: Mapping[str, Any], *, baseline: bool) -> str:
-    mean, difference = cell["mean"], cell["difference"]
-    if np.isnan(mean):
-        return "-"
-    text = f"{mean:,.{_decimals(mean)}f}"
-    return text if baseline or np.isnan(difference) else f"{text} ({change_text(cell)})"
-
-
-def _decimals(value: float) -> int:
-    if abs(value) >= 1000.0:
-        return 0
-    return 2 if 0.0 < abs(value) < 1.0 else 1

@@ -1,6 +1,6 @@
 """Failures, stopped time, availability and fault trees as tables."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,7 +71,6 @@ ROWS: Mapping[str, tuple[str, int]] = {
     "availability_percent": ("availability [%]", 3),
 }
 """Label and printed decimals of the published figures (Sugiyama et al. 2018, table 6)."""
-_SHOWN_SETS = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,7 +160,8 @@ def outages_frame(found: Iterable[Endurance]) -> pd.DataFrame:
     return rows_frame(rows, OUTAGES)
 
 
-def _per_gigahour(tree: FaultTree, probability: float) -> float:
+def per_gigahour(tree: FaultTree, probability: float) -> float:
+    """Return how often an event of the tree comes. [1/Gh]"""
     return probability / (tree.period_s / HOUR_S) * GIGAHOURS
 
 
@@ -183,7 +183,7 @@ def top_events_frame(tree: FaultTree) -> pd.DataFrame:
         {
             "top": top,
             "title": tree.gates[top].title,
-            "rate_per_1e9_h": _per_gigahour(tree, top_probability(tree, top)),
+            "rate_per_1e9_h": per_gigahour(tree, top_probability(tree, top)),
             "cut_sets": len(minimal_cut_sets(tree, top)),
         }
         for top in tree.tops
@@ -213,83 +213,15 @@ def cut_sets_frame(tree: FaultTree) -> pd.DataFrame:
             rows.append(
                 {
                     "top": top,
-                    "events": " + ".join(_in_order(tree, events)),
+                    "events": " + ".join(in_order(tree, events)),
                     "order": len(events),
-                    "rate_per_1e9_h": _per_gigahour(tree, joint),
+                    "rate_per_1e9_h": per_gigahour(tree, joint),
                     "share_percent": 100.0 * joint / whole if whole else 0.0,
                 }
             )
     return rows_frame(rows, CUT_SETS)
 
 
-def _in_order(tree: FaultTree, events: frozenset[str]) -> list[str]:
+def in_order(tree: FaultTree, events: frozenset[str]) -> list[str]:
+    """Return events in the order of the tree's file."""
     return [name for name in tree.events if name in events]
-
-
-def availability_texts(found: Sequence[Endurance]) -> tuple[list[str], list[list[str]]]:
-    """
-    Return the systems as a table of texts.
-
-    Parameters
-    ----------
-    found
-        One per system.
-
-    Returns
-    -------
-    tuple[list[str], list[list[str]]]
-        Header and rows; what was published stands in brackets.
-    """
-    header = ["", *(system.configuration.title for system in found)]
-    rows = []
-    for name, (label, decimals) in ROWS.items():
-        cells = []
-        for system in found:
-            told = system.configuration.published.get(name)
-            beside = "" if told is None else f" ({told:.{decimals}f})"
-            cells.append(f"{system.told[name]:.{decimals}f}{beside}")
-        rows.append([label, *cells])
-    for name, label in (
-        ("failures_per_year", "failures per year, simulated"),
-        ("stopped_h_per_year", "stopped hours per year, simulated"),
-        ("whole_stops_per_year", "stops of the whole line per year, simulated"),
-        ("whole_stopped_h_per_year", "hours of them per year, simulated"),
-    ):
-        pairs = [system.estimates[name][1] for system in found]
-        rows.append([label, *(f"{it.mean:.3f} ± {it.half_width:.3f}" for it in pairs)])
-    return header, rows
-
-
-def fault_tree_texts(tree: FaultTree) -> tuple[list[str], list[list[str]]]:
-    """
-    Return the top events with their likeliest cut sets as a table of texts.
-
-    Parameters
-    ----------
-    tree
-        The fault tree.
-
-    Returns
-    -------
-    tuple[list[str], list[list[str]]]
-        Header and rows.
-    """
-    header = ["top event, and what brings it about", "per 1e9 hours", "share [%]"]
-    rows = []
-    for top in tree.tops:
-        whole, sets = top_probability(tree, top), minimal_cut_sets(tree, top)
-        rows.append([tree.gates[top].title, _short(_per_gigahour(tree, whole)), "100.0"])
-        for events in sets[:_SHOWN_SETS]:
-            joint = joint_probability(tree, events)
-            titles = [tree.events[name].title for name in _in_order(tree, events)]
-            share = 100.0 * joint / whole if whole else 0.0
-            rate = _short(_per_gigahour(tree, joint))
-            rows.append([f"  {' + '.join(titles)}", rate, f"{share:.1f}"])
-        left = len(sets) - _SHOWN_SETS
-        if left > 0:
-            rows.append([f"  and {left} more cut sets", "", ""])
-    return header, rows
-
-
-def _short(rate: float) -> str:
-    return f"{rate:.3g}" if rate < 1e6 else f"{rate:.2e}"

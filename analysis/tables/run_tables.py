@@ -158,7 +158,7 @@ def _trajectory_frame(record: RunRecord) -> pd.DataFrame:
             "train": trains.take(samples.row),
             "front_m": samples.front_m,
             "speed_mps": samples.speed_mps,
-            "limit_m": samples.limit_m,
+            "limit_m": samples.eoa_m,
             "track": pd.array(track_ids, dtype="str").take(track),
             "reason": pd.array(list(REASONS), dtype="str").take(samples.reason),
             "plan": plans.take(

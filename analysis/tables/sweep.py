@@ -57,6 +57,7 @@ SWEEP_INDICATORS: Mapping[str, tuple[str, str]] = {
 UNCHANGED_S = 0.1
 """An arrival this much later is still the same. [s]"""
 _SHOWN = 5
+"""So many initial delays are drawn."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -277,37 +278,6 @@ def shown_delays_s(ran: Iterable[tuple[str, float]]) -> tuple[float, ...]:
     count = min(_SHOWN, len(delays_s))
     places = [index * (len(delays_s) - 1) // max(count - 1, 1) for index in range(count)]
     return tuple(delays_s[place] for place in places)
-
-
-def sweep_texts(indicators: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
-    """
-    Return the indicators of a sweep as texts, one row each and one column per controller.
-
-    Parameters
-    ----------
-    indicators
-        The table ``sweep``.
-
-    Returns
-    -------
-    tuple[list[str], list[list[str]]]
-        Header and rows; a last column holds the published values if there are any.
-    """
-    controllers = list(dict.fromkeys(indicators["controller"]))
-    published = bool(indicators["published"].notna().any())
-    rows = []
-    for indicator, own in indicators.groupby("indicator", sort=False):
-        label = SWEEP_INDICATORS[str(indicator)][0]
-        values = own.set_index("controller")["value"]
-        cells = [_cell_text(float(values[name])) for name in controllers]
-        if published:
-            cells.append(_cell_text(float(own["published"].max())))
-        rows.append([f"{label} [{own['unit'].iloc[0]}]", *cells])
-    return ["indicator", *controllers, *(["published"] if published else [])], rows
-
-
-def _cell_text(value: float) -> str:
-    return "-" if np.isnan(value) else f"{value:.1f}"
 
 
 def read_intervals(folder: str | Path) -> pd.DataFrame:

@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from kankaku.analysis.figures.drawing import clock, label_of
 from kankaku.analysis.tables.radio_tables import (
     LABELS,
     CellPoint,
@@ -16,6 +15,7 @@ from kankaku.analysis.tables.radio_tables import (
     indicators,
     late_share,
 )
+from kankaku.analysis.words import clock, label_of
 from kankaku.railway.radio.cells import Link, RadioPlan
 
 _MISSING = "-"

@@ -7,17 +7,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from kankaku.analysis.figures.drawing import label_of
 from kankaku.analysis.tables.columns import rows_of
-from kankaku.analysis.tables.compare import (
-    INDICATORS,
-    comparison,
-    comparison_note,
-    comparison_texts,
-)
+from kankaku.analysis.tables.compare import INDICATORS, comparison
 from kankaku.analysis.tables.run_tables import DWELLING, PLAN, REASONS, RunTables
 from kankaku.analysis.tables.summary import SUMMARY
-from kankaku.analysis.tables.sweep import SWEEP_INDICATORS, SweepTables, sweep_texts
+from kankaku.analysis.tables.sweep import SWEEP_INDICATORS, SweepTables
+from kankaku.analysis.texts.comparison_texts import comparison_note, comparison_texts
+from kankaku.analysis.texts.sweep_texts import sweep_texts
+from kankaku.analysis.words import label_of
 
 REASON_TEXTS: Mapping[str, str] = {
     "traction": "accelerating",

@@ -11,8 +11,8 @@ A limit that was sent once stays safe, whatever is lost or late after it. It cou
 where the train ahead was when it last reported, and trains never go back; points that are granted
 stay so until the train has passed. So an older limit than the last one only lies nearer, and a
 train needs no message to stay safe. Only an obstruction can take a limit back: what a train may
-still go by is in :attr:`kankaku.railway.step.state.Link.covered_m`, until all trains have
-acknowledged commands that were made with the obstruction (section 3.2.3 (2)).
+still go by is in :attr:`kankaku.railway.step.state.RadioPermission.covered_m`, until all trains
+have acknowledged commands that were made with the obstruction (section 3.2.3 (2)).
 """
 
 import math
@@ -32,11 +32,11 @@ from kankaku.controllers.protection.ceiling import LineCeiling
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled, plain
 from kankaku.railway.plan.profile import at_each
+from kankaku.railway.plan.radio_spec import TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import TOLERANCE_S, RadioSpec, RadioState
 from kankaku.railway.step.control import Foresight, Protection, Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, Authority, LineState, Link
+from kankaku.railway.step.state import NOTHING, Authority, LineState, RadioPermission, RadioState
 from kankaku.railway.wayside.leaders import section_ends_m
 
 HORIZON_S = 5.0
@@ -64,9 +64,9 @@ class Telegrams(NamedTuple):
 
     sent_s: FloatArray
     """-inf for an empty slot. [s], shape (n_slots,)"""
-    limit_m: FloatArray
+    eoa_m: FloatArray
     """Shape (n_slots, n_trains). [m]"""
-    limit_by: IntArray
+    eoa_by: IntArray
     """What is behind them. shape (n_slots, n_trains)"""
     older_s: float
     """When the last one was sent that is forgotten, but may not be replaced everywhere. [s]"""
@@ -89,12 +89,12 @@ class OnAir(NamedTuple):
     """When the next telegrams are sent. [s]"""
     heard: tuple[RadioState | None, BoolArray | None]
     """The radio and the trains on the line for which the rest was worked out."""
-    limit_m: FloatArray
+    eoa_m: FloatArray
     """The limits that trains go by. [m], shape (n_trains,)"""
-    limit_by: IntArray
+    eoa_by: IntArray
     """What is behind them. shape (n_trains,)"""
     covered_m: FloatArray
-    """See :attr:`kankaku.railway.step.state.Link.covered_m`. [m], shape (n_trains,)"""
+    """See :attr:`kankaku.railway.step.state.RadioPermission.covered_m`. [m], shape (n_trains,)"""
     emergency: BoolArray
     """Trains that brake in emergency. shape (n_trains,)"""
 
@@ -171,20 +171,20 @@ class OverRadio:
         sends = state.time_s + TOLERANCE_S >= memory.next_s
         if sends:
             memory = self._send(state, memory._replace(reports=reports), radio)
-        limit_m, limit_by, covered_m = memory.limit_m, memory.limit_by, memory.covered_m
+        eoa_m, eoa_by, covered_m = memory.eoa_m, memory.eoa_by, memory.covered_m
         if sends or radio is not memory.heard[0] or present is not memory.heard[1]:
-            held = limit_m, limit_by
-            limit_m, limit_by, covered_m = _hear(
+            held = eoa_m, eoa_by
+            eoa_m, eoa_by, covered_m = _hear(
                 radio.heard_s, radio.acknowledged_s, present, plain(memory.telegrams), held
             )
         brakes = emergency(memory.emergency, state, radio.heard_s, HORIZON_S)
         authority = Authority(
-            limit_m,
+            eoa_m,
             self._inner.ceiling.ahead_mps(state),
             memory.delay_s,
-            limit_by,
+            eoa_by,
             self._nothing,
-            Link(brakes, self._nothing_commanded, covered_m),
+            RadioPermission(brakes, self._nothing_commanded, covered_m),
         )
         return authority, OnAir(
             memory.inner,
@@ -194,8 +194,8 @@ class OverRadio:
             memory.telegrams,
             memory.next_s,
             (radio, present),
-            limit_m,
-            limit_by,
+            eoa_m,
+            eoa_by,
             covered_m,
             brakes,
         )
@@ -222,17 +222,17 @@ class OverRadio:
             front_m=front_m,
             tail_m=tail_m,
             speed_mps=speed_mps,
-            clear_to_m=np.minimum(state.granted_m, rear_m),
+            clear_to_m=np.minimum(state.granted_to_m, rear_m),
         )
         authority, inner = self._inner.authorise(known, memory.inner)
         # Nothing is sent to a train that is not on the line.
-        limit_m = np.where(state.present, authority.limit_m, -np.inf)
+        eoa_m = np.where(state.present, authority.eoa_m, -np.inf)
         sent_s = self._radio.last_telegram_s(state.time_s)
         telegrams = _replaced(memory.telegrams, radio, state.present)
         return memory._replace(
             inner=inner,
             delay_s=authority.delay_s,
-            telegrams=_added(telegrams, sent_s, limit_m, authority.limit_by),
+            telegrams=_added(telegrams, sent_s, eoa_m, authority.eoa_by),
             next_s=sent_s + self._radio.cycle_s,
         )
 
@@ -246,7 +246,7 @@ class OverRadio:
         slowed_mps: FloatArray = np.sqrt(np.maximum(np.square(speed_mps) - 2.0 * taken, 0.0))
         return slowed_mps
 
-    def limit_behind_m(
+    def eoa_behind_m(
         self,
         row: int,
         call: int,
@@ -275,9 +275,9 @@ class OverRadio:
         FloatArray
             The front must be able to stop before this. [m], shape (n_places,)
         """
-        return self._inner.limit_behind_m(row, call, leader, leader_front_m, leader_speed_mps)
+        return self._inner.eoa_behind_m(row, call, leader, leader_front_m, leader_speed_mps)
 
-    def permitted_mps(self, row: int, front_m: FloatArray, limit_m: FloatArray) -> FloatArray:
+    def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
         Return the speed that is permitted to a front under a limit that stays.
 
@@ -287,7 +287,7 @@ class OverRadio:
             The train.
         front_m
             Places of its front. [m], shape (n_places,)
-        limit_m
+        eoa_m
             Its limits. [m], shape (n_places,)
 
         Returns
@@ -295,20 +295,18 @@ class OverRadio:
         FloatArray
             Speeds. [m/s], shape (n_places,)
         """
-        return self._inner.permitted_mps(row, front_m, limit_m)
+        return self._inner.permitted_mps(row, front_m, eoa_m)
 
 
-def _added(
-    telegrams: Telegrams, sent_s: float, limit_m: FloatArray, limit_by: IntArray
-) -> Telegrams:
+def _added(telegrams: Telegrams, sent_s: float, eoa_m: FloatArray, eoa_by: IntArray) -> Telegrams:
     """Return the last telegrams and a new one."""
     slot = int(telegrams.sent_s.argmin())
-    times_s, limits_m = telegrams.sent_s.copy(), telegrams.limit_m.copy()
-    older_s, older_m = float(times_s[slot]), np.maximum(telegrams.older_m, limits_m[slot])
-    times_s[slot], limits_m[slot] = sent_s, limit_m
-    behind = telegrams.limit_by.copy()
-    behind[slot] = limit_by
-    return Telegrams(times_s, limits_m, behind, older_s, older_m)
+    times_s, eoas_m = telegrams.sent_s.copy(), telegrams.eoa_m.copy()
+    older_s, older_m = float(times_s[slot]), np.maximum(telegrams.older_m, eoas_m[slot])
+    times_s[slot], eoas_m[slot] = sent_s, eoa_m
+    behind = telegrams.eoa_by.copy()
+    behind[slot] = eoa_by
+    return Telegrams(times_s, eoas_m, behind, older_s, older_m)
 
 
 def _replaced(telegrams: Telegrams, radio: RadioState, present: BoolArray) -> Telegrams:
@@ -332,15 +330,15 @@ def _hear(
     for train in range(heard_s.size):
         if present[train]:
             effective_s = min(effective_s, acknowledged_s[train])
-    limit_m, limit_by = held[0].copy(), held[1].copy()
-    covered_m = np.full(limit_m.size, -np.inf)
+    eoa_m, eoa_by = held[0].copy(), held[1].copy()
+    covered_m = np.full(eoa_m.size, -np.inf)
     if older_s >= effective_s:
         covered_m[:] = older_m
     for slot in range(sent_s.size):
         for train in range(heard_s.size):
             if sent_s[slot] == heard_s[train] and heard_s[train] > -np.inf:
-                limit_m[train] = sent_m[slot, train]
-                limit_by[train] = sent_by[slot, train]
+                eoa_m[train] = sent_m[slot, train]
+                eoa_by[train] = sent_by[slot, train]
             if sent_s[slot] >= effective_s:
                 covered_m[train] = max(covered_m[train], sent_m[slot, train])
-    return limit_m, limit_by, covered_m
+    return eoa_m, eoa_by, covered_m

@@ -6,9 +6,9 @@ import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
+from kankaku.railway.plan.radio_spec import TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import TOLERANCE_S, RadioSpec, RadioState
-from kankaku.railway.step.state import LineState
+from kankaku.railway.step.state import LineState, RadioState
 
 
 class Snapshot(NamedTuple):

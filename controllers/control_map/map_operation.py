@@ -62,4 +62,4 @@ class FollowPlan:
         if authority.link is None:
             return self._closes_up, None
         ceiling_mps = np.minimum(authority.link.commanded_mps, NO_CEILING_MPS)
-        return Advice(ceiling_mps, self._reason, authority.limit_by), None
+        return Advice(ceiling_mps, self._reason, authority.eoa_by), None

@@ -46,19 +46,19 @@ from kankaku.controllers.control_map.onboard import (
     may_leave,
 )
 from kankaku.controllers.control_map.planned_run import Pace, trains_of
-from kankaku.controllers.control_map.planner import Horizon, Known, Plan, make_plan
-from kankaku.controllers.control_map.telegrams import COMMANDS, Sent, limits_m, nothing_sent
+from kankaku.controllers.control_map.planner import Horizon, Known, MapPlan, make_plan
+from kankaku.controllers.control_map.telegrams import COMMANDS, Sent, eoas_m, nothing_sent
 from kankaku.controllers.control_map.way_ahead import Obstructions, order_of
 from kankaku.controllers.options import require
 from kankaku.controllers.protection.ceiling import LineCeiling, braked_to_mps
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.compiled import plain
+from kankaku.railway.plan.radio_spec import TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import TOLERANCE_S, RadioSpec
 from kankaku.railway.safety.band_exclusion import Bands, free_to_m, layers_of, overlaps_m, ways_of
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, Authority, LineState, Link
+from kankaku.railway.step.state import NOTHING, Authority, LineState, RadioPermission
 
 UPDATE_S = 0.5
 """Time between maps, and between the moments of a map (Sugiyama 2018, section 3.1.3). [s]"""
@@ -100,14 +100,14 @@ class Memory(NamedTuple):
     """What centre and trains remember."""
 
     reports: Reports
-    plan: Plan
+    plan: MapPlan
     sent: Sent
     next_s: float
     """When the next map is made. [s]"""
     refused_s: float
     """When the last map was made whose bands overlapped: nothing of it was sent. [s]"""
     covered_m: FloatArray
-    """See :attr:`kankaku.railway.step.state.Link.covered_m`. [m], shape (n_trains,)"""
+    """See :attr:`kankaku.railway.step.state.RadioPermission.covered_m`. [m], shape (n_trains,)"""
     held_s: FloatArray
     """When the commands were sent that trains go by. [s], shape (n_trains,)"""
     held_m: FloatArray
@@ -159,7 +159,7 @@ class ControlMap:
         nobody, nowhere = np.zeros(size, dtype=np.bool_), np.full(size, -np.inf)
         return Memory(
             no_reports(self._world),
-            Plan(
+            MapPlan(
                 -np.inf,
                 curves[0],
                 curves[1],
@@ -223,14 +223,14 @@ class ControlMap:
             stamped_s = np.minimum(reports.known_s + aboard.stamped_s, state.time_s)
             reports = reports._replace(known_s=stamped_s)
         plan = self.plan(state, reports, memory.plan, aboard.longer_m)
-        limit_m = limits_m(
+        eoa_m = eoas_m(
             plan.front_m[:, : COMMANDS + 1],
             plan.speed_mps[:, : COMMANDS + 1],
             plan.free_m,
             self._figures,
             self._options.tolerance_m,
         )
-        furthest_m = np.where(plan.planned, limit_m.max(axis=1), -np.inf)
+        furthest_m = np.where(plan.planned, eoa_m.max(axis=1), -np.inf)
         if not self._excludes(plan, furthest_m, state, memory):
             if memory.refused_s < state.time_s - 1.5 * UPDATE_S:
                 alarm = Alarm(state.time_s, Notice.EXCLUSION, CENTRE_ROW)
@@ -238,7 +238,7 @@ class ControlMap:
             return memory._replace(next_s=next_s, refused_s=state.time_s, aboard=aboard)
         sent_s = self._radio.last_telegram_s(state.time_s)
         if sent_s > sent.sent_s.max():
-            commands = limit_m, plan.speed_mps[:, : COMMANDS + 1]
+            commands = eoa_m, plan.speed_mps[:, : COMMANDS + 1]
             behind = plan.free_by, plan.slowed_by
             sent = sent.added(sent_s, commands, plan.free_m, furthest_m, behind)
             if state.units is not None:
@@ -260,7 +260,7 @@ class ControlMap:
     def _keep(self, state: LineState, seen: LineState, memory: Memory) -> tuple[Authority, Memory]:
         """Let trains keep the bands that they have heard of."""
         aboard, held_m = memory.aboard, memory.held_m + memory.aboard.shift_m
-        limit_m, commanded_mps, held_s = keep_bands(
+        eoa_m, commanded_mps, held_s = keep_bands(
             state.time_s + aboard.clock_error_s - aboard.stamp_error_s,
             self._world.step_s,
             UPDATE_S,
@@ -276,7 +276,7 @@ class ControlMap:
         )
         sent = memory.sent
         behind = sent.free_by, sent.slowed_by
-        limit_by = behind_bands(limit_m, sent.sent_s, sent.free_m, behind, held_s)
+        eoa_by = behind_bands(eoa_m, sent.sent_s, sent.free_m, behind, held_s)
         runs_out_s = held_s
         if state.units is not None:
             runs_out_s = held_s + aboard.stamp_error_s - aboard.clock_error_s
@@ -286,18 +286,18 @@ class ControlMap:
         if state.units is not None:
             aboard = aboard.alarm(state.time_s, Notice.NO_COMMANDS, braking & ~memory.emergency)
             ceiling_mps = ceilings_mps(self._ceiling, seen, aboard)
-            leaving = may_leave(seen, aboard, limit_m, self._figures)
+            leaving = may_leave(seen, aboard, eoa_m, self._figures)
             aboard = aboard._replace(leaving=leaving)
             # What was permitted stays so: only where the train is has become uncertain.
-            limit_m = np.where(leaving, np.maximum(limit_m, held_m), limit_m) - aboard.shift_m
-        link = Link(braking | aboard.leaving, commanded_mps, memory.covered_m)
-        bounds = limit_m, ceiling_mps, self._no_delay_s
-        authority = Authority(*bounds, limit_by, self._nothing, link)
+            eoa_m = np.where(leaving, np.maximum(eoa_m, held_m), eoa_m) - aboard.shift_m
+        link = RadioPermission(braking | aboard.leaving, commanded_mps, memory.covered_m)
+        bounds = eoa_m, ceiling_mps, self._no_delay_s
+        authority = Authority(*bounds, eoa_by, self._nothing, link)
         return authority, memory._replace(
-            held_s=held_s, held_m=limit_m, emergency=braking, aboard=aboard
+            held_s=held_s, held_m=eoa_m, emergency=braking, aboard=aboard
         )
 
-    def limit_behind_m(
+    def eoa_behind_m(
         self,
         row: int,  # noqa: ARG002 - the same for all
         call: int,  # noqa: ARG002
@@ -329,7 +329,7 @@ class ControlMap:
         behind_m: FloatArray = leader_front_m - self._world.length_m[leader]
         return behind_m - self._options.margin_m
 
-    def permitted_mps(self, row: int, front_m: FloatArray, limit_m: FloatArray) -> FloatArray:
+    def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
         Return the speed from which the service brake keeps a limit that stays.
 
@@ -339,7 +339,7 @@ class ControlMap:
             The train.
         front_m
             Places of its front. [m], shape (n_places,)
-        limit_m
+        eoa_m
             Its limits. [m], shape (n_places,)
 
         Returns
@@ -347,16 +347,16 @@ class ControlMap:
         FloatArray
             Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
         """
-        braked_mps = braked_to_mps(self._world, self._trains.square, row, (front_m, limit_m))
+        braked_mps = braked_to_mps(self._world, self._trains.square, row, (front_m, eoa_m))
         return np.minimum(braked_mps, self._ceiling.at_mps(row, front_m))
 
     def plan(
         self,
         state: LineState,
         reports: Reports,
-        earlier: Plan,
+        earlier: MapPlan,
         longer_m: FloatArray | None = None,
-    ) -> Plan:
+    ) -> MapPlan:
         """
         Make a map.
 
@@ -375,7 +375,7 @@ class ControlMap:
 
         Returns
         -------
-        Plan
+        MapPlan
             Run curves and bands.
         """
         world, call, trains, beside = self._world, reports.call, self._trains, state.wayside
@@ -399,7 +399,7 @@ class ControlMap:
             ),
             state.present,
             self._gone(state),
-            state.granted_m,
+            state.granted_to_m,
             state.granted_by,
         )
         now_s = UPDATE_S * round(state.time_s / UPDATE_S)
@@ -418,12 +418,12 @@ class ControlMap:
         return ~state.present & (state.front_m > self._world.stop_m[:, 0])
 
     def _excludes(
-        self, plan: Plan, furthest_m: FloatArray, state: LineState, memory: Memory
+        self, plan: MapPlan, furthest_m: FloatArray, state: LineState, memory: Memory
     ) -> bool:
         """Return whether no band overlaps another one, and no limit lies beyond what is free."""
         reports, margin_m = memory.reports, self._options.margin_m
         tail_m = reports.front_m - self._world.length_m - memory.aboard.longer_m
-        known = (reports.front_m, tail_m, self._gone(state), state.granted_m)
+        known = (reports.front_m, tail_m, self._gone(state), state.granted_to_m)
         over_m = furthest_m + margin_m - free_to_m(*known, self._ways)
         if over_m.max(initial=0.0, where=state.present) > OVERLAP_M:
             return False
@@ -437,5 +437,5 @@ class ControlMap:
         age_s = np.clip(state.time_s - reports.known_s, 0.0, UPDATE_S * COMMANDS)
         now_m = reports.front_m + age_s * reports.speed_mps
         anywhere_m, now = np.full_like(now_m, np.inf), np.newaxis
-        own_m = limits_m(now_m[:, now], reports.speed_mps[:, now], anywhere_m, self._figures, 0.0)
+        own_m = eoas_m(now_m[:, now], reports.speed_mps[:, now], anywhere_m, self._figures, 0.0)
         return own_m[:, 0] + self._options.margin_m

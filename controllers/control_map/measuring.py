@@ -19,10 +19,9 @@ import numpy as np
 from kankaku.controllers.centre.reports import radio_of
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.failures.unit_failures import UnitState
+from kankaku.railway.plan.radio_spec import TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import TOLERANCE_S, RadioSpec, RadioState
-from kankaku.railway.step.state import LineState
+from kankaku.railway.step.state import LineState, RadioState, UnitState
 
 RATIO = 0.02
 """The speed by wheels and the felt one agree if they differ by no more of it. [-]"""

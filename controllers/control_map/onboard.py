@@ -79,11 +79,11 @@ def keep_bands(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         Limits [m], speeds at the end of the step [m/s], inf without commands, and when the
         commands were sent that each train goes by [s]; shape (n_trains,) each.
     """
-    sent_s, limits_m, speeds_mps, free_m, furthest_m = sent
+    sent_s, eoas_m, speeds_mps, free_m, furthest_m = sent
     square, row_start, brake_mps2 = figures
-    limit_m, commanded_mps = front_m.copy(), np.full(front_m.size, np.inf)
+    eoa_m, commanded_mps = front_m.copy(), np.full(front_m.size, np.inf)
     goes_by_s = held_s.copy()
-    last = limits_m.shape[2] - 1
+    last = eoas_m.shape[2] - 1
     for train in range(front_m.size):
         if not present[train]:
             continue
@@ -97,13 +97,13 @@ def keep_bands(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
                 slot = number
         if slot < 0 or goes_by_s[train] == -np.inf:
             # Nothing yet, or nothing for so long that the train has braked in emergency.
-            limit_m[train] = max(held_m[train], front_m[train])
+            eoa_m[train] = max(held_m[train], front_m[train])
             continue
         since = (clock_s[train] - sent_s[slot]) / moment_s
         moment = min(max(int(since), 0), last)
         after = min(moment + 1, last)
         part = min(max(since - moment, 0.0), 1.0)
-        points_m, planned_mps = limits_m[slot, train], speeds_mps[slot, train]
+        points_m, planned_mps = eoas_m[slot, train], speeds_mps[slot, train]
         bound_m = points_m[moment] + part * (points_m[after] - points_m[moment])
         if bound_m < held_m[train]:
             own_m = stopping_place_m(
@@ -111,7 +111,7 @@ def keep_bands(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
             )
             kept_m = min(own_m, held_m[train], free_m[slot, train])
             bound_m = max(bound_m, kept_m)
-        limit_m[train] = bound_m
+        eoa_m[train] = bound_m
         since += step_s / moment_s
         moment = min(max(int(since), 0), last)
         after = min(moment + 1, last)
@@ -121,12 +121,12 @@ def keep_bands(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         if 0.0 < to_stop_m[train] < NEAR_M:
             # The platform measures the last metres, whatever the centre believes.
             commanded_mps[train] = max(commanded_mps[train], CREEP_MPS)
-    return limit_m, commanded_mps, goes_by_s
+    return eoa_m, commanded_mps, goes_by_s
 
 
 @compiled
 def behind_bands(
-    limit_m: FloatArray,
+    eoa_m: FloatArray,
     sent_s: FloatArray,
     free_m: FloatArray,
     behind: tuple[IntArray, IntArray],
@@ -137,7 +137,7 @@ def behind_bands(
 
     Parameters
     ----------
-    limit_m
+    eoa_m
         The limits. [m], shape (n_trains,)
     sent_s, free_m
         As in :class:`~kankaku.controllers.control_map.telegrams.Sent`.
@@ -149,14 +149,14 @@ def behind_bands(
     Returns
     -------
     IntArray
-        As :attr:`kankaku.railway.step.state.Authority.limit_by`. shape (n_trains,)
+        As :attr:`kankaku.railway.step.state.Authority.eoa_by`. shape (n_trains,)
     """
     free_by, slowed_by = behind
-    found = np.full(limit_m.size, NOTHING)
-    for train in range(limit_m.size):
+    found = np.full(eoa_m.size, NOTHING)
+    for train in range(eoa_m.size):
         for slot in range(sent_s.size):
             if sent_s[slot] == held_s[train] and held_s[train] > -np.inf:
-                ends = limit_m[train] >= free_m[slot, train]
+                ends = eoa_m[train] >= free_m[slot, train]
                 found[train] = free_by[slot, train] if ends else slowed_by[slot, train]
     return found
 
@@ -164,7 +164,7 @@ def behind_bands(
 def may_leave(
     seen: LineState,
     aboard: Aboard,
-    limit_m: FloatArray,
+    eoa_m: FloatArray,
     figures: tuple[FloatArray, FloatArray, FloatArray],
 ) -> BoolArray:
     """
@@ -179,7 +179,7 @@ def may_leave(
         The line as it is measured.
     aboard
         What is known of measurements.
-    limit_m
+    eoa_m
         The limits of the bands. [m], shape (n_trains,)
     figures
         Twice the brake potential, row starts and service brakes.
@@ -198,7 +198,7 @@ def may_leave(
         front_m, speed_mps = float(seen.front_m[row]), float(seen.speed_mps[row])
         start, brake = float(row_start[row]), float(brake_mps2[row])
         stop_m = stopping_place_m(square, start, front_m, speed_mps, brake)
-        leaving[row] = speed_mps > 0.0 and stop_m > limit_m[row] + KEPT_M
+        leaving[row] = speed_mps > 0.0 and stop_m > eoa_m[row] + KEPT_M
     return leaving
 
 

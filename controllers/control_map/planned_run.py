@@ -108,7 +108,7 @@ def trains_of(world: World, pace: Pace) -> Trains:
     )
 
 
-class Place(NamedTuple):
+class RunPlace(NamedTuple):
     """Where a run is."""
 
     front_m: float
@@ -159,13 +159,13 @@ def stopping_place_m(
 def run(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     trains: Trains,
     row: int,
-    place: Place,
+    place: RunPlace,
     now_s: float,
     cap_mps: FloatArray,
     limit_square: FloatArray,
     front_m: FloatArray,
     speed_mps: FloatArray,
-) -> tuple[Place, float, int]:
+) -> tuple[RunPlace, float, int]:
     """
     Run a train from moment to moment.
 
@@ -188,7 +188,7 @@ def run(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
 
     Returns
     -------
-    tuple[Place, float, int]
+    tuple[RunPlace, float, int]
         Where it is at the last moment, when it first arrived at a stop (infinite if it did not),
         and the last moment at which a limit made it slower; 0 for none.
     """
@@ -228,4 +228,4 @@ def run(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
             leaves_s = max(trains.booked_departure_s[row, call], ready_s)
             arrival_s = min(arrival_s, time_s)
         front_m[moment], speed_mps[moment] = front, speed
-    return Place(front, speed, call, leaves_s), arrival_s, hindered
+    return RunPlace(front, speed, call, leaves_s), arrival_s, hindered

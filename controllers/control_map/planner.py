@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.control_map.planned_run import Place, Trains, run, stopping_place_m
+from kankaku.controllers.control_map.planned_run import RunPlace, Trains, run, stopping_place_m
 from kankaku.controllers.control_map.way_ahead import (
     Ends,
+    EndsOfAuthority,
     Grid,
-    Limits,
     Obstructions,
     Order,
     lower_to_announced,
@@ -55,7 +55,7 @@ class Known(NamedTuple):
     on_line: BoolArray
     gone: BoolArray
     """Trains that have left the line."""
-    granted_m: FloatArray
+    granted_to_m: FloatArray
     """Where the first thing begins that is not granted to the train. [m]"""
     granted_by: IntArray
     """What that is."""
@@ -74,8 +74,8 @@ class Horizon(NamedTuple):
 class Scratch(NamedTuple):
     """Arrays that are written again for every train; shape (n_moments,) unless said."""
 
-    limit_m: FloatArray
-    limit_by: IntArray
+    eoa_m: FloatArray
+    eoa_by: IntArray
     """What is behind each limit."""
     limit_square: FloatArray
     """Twice the brake potential at the limits, margin taken off. [m2/s2]"""
@@ -89,7 +89,7 @@ class Scratch(NamedTuple):
     path_mps: FloatArray
 
 
-class Plan(NamedTuple):
+class MapPlan(NamedTuple):
     """Run curves and bands on the grid of the map."""
 
     made_s: float
@@ -107,7 +107,7 @@ class Plan(NamedTuple):
     """The train has been heard of lately and has a run. shape (n_trains,)"""
     free_by: IntArray
     """
-    What the way was free up to, as :attr:`kankaku.railway.step.state.Authority.limit_by`.
+    What the way was free up to, as :attr:`kankaku.railway.step.state.Authority.eoa_by`.
     (n_trains,)
     """
     slowed_by: IntArray
@@ -118,14 +118,14 @@ class Plan(NamedTuple):
 def make_plan(  # noqa: PLR0917 - compiled functions take plain arrays
     now_s: float,
     known: Known,
-    earlier: Plan,
+    earlier: MapPlan,
     trains: Trains,
     order: Order,
     obstructions: Obstructions,
     horizon: Horizon,
-) -> Plan:
+) -> MapPlan:
     """
-    Plan every train's run, leader first.
+    MapPlan every train's run, leader first.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def make_plan(  # noqa: PLR0917 - compiled functions take plain arrays
 
     Returns
     -------
-    Plan
+    MapPlan
         Run curves and bands.
     """
     size, moments = trains.length_m.size, horizon.moments
@@ -156,7 +156,7 @@ def make_plan(  # noqa: PLR0917 - compiled functions take plain arrays
     free_m, planned = np.zeros(size), np.zeros(size, dtype=np.bool_)
     free_by, slowed_by = np.full(size, NOTHING), np.full(size, NOTHING)
     scratch = _scratch(moments)
-    limits = Limits(scratch.limit_m, scratch.limit_by)
+    limits = EndsOfAuthority(scratch.eoa_m, scratch.eoa_by)
     for row in range(size):
         tail_m = known.front_m[row] - trains.length_m[row]
         front_m[row] = ahead_m[row] = known.front_m[row]
@@ -169,26 +169,26 @@ def make_plan(  # noqa: PLR0917 - compiled functions take plain arrays
         planned[row] = True
         place = _at_present(row, old, known, earlier, trains, scratch)
         ends = Ends(place.front_m, tail_m, place.front_m + REACH_M)
-        limit_m, limit_by = limits
-        limit_m[:], limit_by[:] = trains.far_m, NOTHING
+        eoa_m, eoa_by = limits
+        eoa_m[:], eoa_by[:] = trains.far_m, NOTHING
         lower_to_bands(limits, row, ends, grid, rear_m, known.gone, order)
         lower_to_obstructions(limits, row, ends, grid, rear_m, known.gone, order, obstructions)
-        granted = known.granted_m[row] < limit_m[0]
-        free_by[row] = known.granted_by[row] if granted else limit_by[0]
-        free_m[row] = min(limit_m[0], known.granted_m[row]) - trains.margin_m
+        granted = known.granted_to_m[row] < eoa_m[0]
+        free_by[row] = known.granted_by[row] if granted else eoa_by[0]
+        free_m[row] = min(eoa_m[0], known.granted_to_m[row]) - trains.margin_m
         to_stop_m = trains.stop_m[row, place.call] - place.front_m
         waits = place.speed_mps == 0.0 and place.leaves_s == np.inf
         if waits and min(free_m[row] - place.front_m, to_stop_m) < CREEP_M < to_stop_m:
-            limit_m[:], limit_by[:] = place.front_m, free_by[row]
+            eoa_m[:], eoa_by[:] = place.front_m, free_by[row]
         for _ in range(2):
             hindered = _choose(trains, row, place, grid, scratch, front_m[row], speed_mps[row])
-            slowed_by[row] = limit_by[hindered] if hindered else NOTHING
+            slowed_by[row] = eoa_by[hindered] if hindered else NOTHING
             _write_rears(row, old, known, trains, horizon, scratch, front_m[row], rear_m[row])
             _write_stopping(trains, row, front_m[row], speed_mps[row], ahead_m[row])
             if not lower_to_announced(limits, row, place.front_m, grid, ahead_m[row], obstructions):
                 break
         ahead_m[row] += trains.margin_m
-    return Plan(now_s, front_m, speed_mps, rear_m, ahead_m, free_m, planned, free_by, slowed_by)
+    return MapPlan(now_s, front_m, speed_mps, rear_m, ahead_m, free_m, planned, free_by, slowed_by)
 
 
 @compiled
@@ -209,8 +209,8 @@ def _scratch(moments: int) -> Scratch:
 
 @compiled
 def _at_present(
-    row: int, old: int, known: Known, earlier: Plan, trains: Trains, scratch: Scratch
-) -> Place:
+    row: int, old: int, known: Known, earlier: MapPlan, trains: Trains, scratch: Scratch
+) -> RunPlace:
     """Return where a train is that has gone by what was planned before since its report."""
     since_s = known.since_s[row]
     for step in range(old):
@@ -219,7 +219,7 @@ def _at_present(
         scratch.cap_mps[step] = earlier.speed_mps[row, moment] if earlier.planned[row] else 0.0
     kept_m = earlier.free_m[row] if earlier.planned[row] else known.front_m[row]
     scratch.kept_square[:] = at(trains.square, kept_m + trains.row_start[row])
-    place = Place(known.front_m[row], known.speed_mps[row], known.call[row], known.leaves_s[row])
+    place = RunPlace(known.front_m[row], known.speed_mps[row], known.call[row], known.leaves_s[row])
     place, _, _ = run(
         trains,
         row,
@@ -237,7 +237,7 @@ def _at_present(
 def _choose(  # noqa: PLR0917 - compiled functions take plain arrays
     trains: Trains,
     row: int,
-    place: Place,
+    place: RunPlace,
     grid: Grid,
     scratch: Scratch,
     front_m: FloatArray,
@@ -246,7 +246,7 @@ def _choose(  # noqa: PLR0917 - compiled functions take plain arrays
     """Write a train's run under its limits; return the last moment one made it slower, or 0."""
     start = trains.row_start[row]
     for moment in range(grid.moments):
-        bound_m = min(scratch.limit_m[moment], trains.far_m) - trains.margin_m
+        bound_m = min(scratch.eoa_m[moment], trains.far_m) - trains.margin_m
         scratch.limit_square[moment] = at(trains.square, bound_m + start)
     cap_mps = scratch.cap_mps[: grid.moments - 1]
     cap_mps[:] = np.inf
@@ -364,7 +364,7 @@ def leaving_step(front_m: FloatArray, stands: bool) -> int:
 def _reached_m(  # noqa: PLR0917 - compiled functions take plain arrays
     trains: Trains,
     row: int,
-    after: Place,
+    after: RunPlace,
     arrival_s: float,
     end_s: float,
     fastest_mps: float,

@@ -20,7 +20,7 @@ class Sent(NamedTuple):
 
     sent_s: FloatArray
     """[s], shape (n_slots,); -inf for an empty slot"""
-    limit_m: FloatArray
+    eoa_m: FloatArray
     """Front of the band, margin taken off. [m], shape (n_slots, n_trains, n_moments)"""
     speed_mps: FloatArray
     """Planned speed. [m/s], shape (n_slots, n_trains, n_moments)"""
@@ -71,7 +71,7 @@ class Sent(NamedTuple):
         slot = int(self.sent_s.argmin())
         sent = Sent(
             self.sent_s.copy(),
-            self.limit_m.copy(),
+            self.eoa_m.copy(),
             self.speed_mps.copy(),
             self.free_m.copy(),
             self.furthest_m.copy(),
@@ -82,7 +82,7 @@ class Sent(NamedTuple):
             self.slowed_by.copy(),
         )
         sent.sent_s[slot] = sent_s
-        sent.limit_m[slot], sent.speed_mps[slot] = commands
+        sent.eoa_m[slot], sent.speed_mps[slot] = commands
         sent.free_m[slot] = free_m
         sent.furthest_m[slot] = furthest_m
         sent.free_by[slot], sent.slowed_by[slot] = behind
@@ -146,17 +146,17 @@ def nothing_sent(size: int) -> Sent:
     Sent
         Empty slots.
     """
-    limit_m, speed_mps = np.zeros((2, KEPT, size, COMMANDS + 1))
+    eoa_m, speed_mps = np.zeros((2, KEPT, size, COMMANDS + 1))
     free_m, nowhere_m = np.zeros((KEPT, size)), np.full((KEPT, size), -np.inf)
     never_s = np.full(KEPT, -np.inf)
     no_train = np.full(size, -np.inf)
     nothing = np.full((KEPT, size), NOTHING)
-    kept = limit_m, speed_mps, free_m, nowhere_m
+    kept = eoa_m, speed_mps, free_m, nowhere_m
     return Sent(never_s, *kept, no_train, -np.inf, no_train, nothing, nothing)
 
 
 @compiled
-def limits_m(
+def eoas_m(
     front_m: FloatArray,
     speed_mps: FloatArray,
     free_m: FloatArray,
@@ -183,7 +183,7 @@ def limits_m(
         [m], shape (n_trains, n_moments)
     """
     square, row_start, brake_mps2 = figures
-    limit_m = np.empty_like(front_m)
+    eoa_m = np.empty_like(front_m)
     for train in range(front_m.shape[0]):
         for moment in range(front_m.shape[1]):
             stop_m = stopping_place_m(
@@ -193,5 +193,5 @@ def limits_m(
                 speed_mps[train, moment],
                 brake_mps2[train],
             )
-            limit_m[train, moment] = min(stop_m + tolerance_m, free_m[train])
-    return limit_m
+            eoa_m[train, moment] = min(stop_m + tolerance_m, free_m[train])
+    return eoa_m

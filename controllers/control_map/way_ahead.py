@@ -98,13 +98,13 @@ def order_of(world: World) -> Order:
     )
 
 
-class Limits(NamedTuple):
+class EndsOfAuthority(NamedTuple):
     """How far a train may go at every moment; arrays of shape (n_moments,)."""
 
-    limit_m: FloatArray
+    eoa_m: FloatArray
     """[m]"""
-    limit_by: IntArray
-    """What is there, as :attr:`kankaku.railway.step.state.Authority.limit_by`."""
+    eoa_by: IntArray
+    """What is there, as :attr:`kankaku.railway.step.state.Authority.eoa_by`."""
 
 
 class Grid(NamedTuple):
@@ -127,7 +127,7 @@ class Ends(NamedTuple):
 
 @compiled
 def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
-    limits: Limits,
+    limits: EndsOfAuthority,
     row: int,
     ends: Ends,
     grid: Grid,
@@ -141,7 +141,7 @@ def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
     Parameters
     ----------
     limits
-        Limits, lowered in place.
+        EndsOfAuthority, lowered in place.
     row
         The train; bands of all trains before it are planned.
     ends
@@ -155,7 +155,7 @@ def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
     order
         Who goes before whom.
     """
-    limit_m, limit_by = limits
+    eoa_m, eoa_by = limits
     last = order.entry_m.size - 1
     here = order.first[row]
     while here < last and ends.tail_m >= order.clear_m[here]:
@@ -182,10 +182,10 @@ def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
             if rear_m[ahead, moment] >= order.clear_m[section]:
                 break
             bound_m = max(rear_m[ahead, moment], nearest_m)
-            if bound_m < limit_m[moment]:
+            if bound_m < eoa_m[moment]:
                 beside = rear_m[ahead, moment] < nearest_m
-                limit_m[moment] = bound_m
-                limit_by[moment] = _points_at(order, joins) if beside else ahead
+                eoa_m[moment] = bound_m
+                eoa_by[moment] = _points_at(order, joins) if beside else ahead
 
 
 @compiled
@@ -220,7 +220,7 @@ def _locked_moments(row: int, section: int, grid: Grid, rear_m: FloatArray, orde
 
 @compiled
 def lower_to_obstructions(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
-    limits: Limits,
+    limits: EndsOfAuthority,
     row: int,
     ends: Ends,
     grid: Grid,
@@ -235,7 +235,7 @@ def lower_to_obstructions(  # noqa: PLR0913, PLR0917 - compiled functions take p
     Parameters
     ----------
     limits
-        Limits, lowered in place.
+        EndsOfAuthority, lowered in place.
     row
         The train; bands of all trains before it are planned.
     ends
@@ -273,7 +273,7 @@ def lower_to_obstructions(  # noqa: PLR0913, PLR0917 - compiled functions take p
 
 @compiled
 def lower_to_announced(
-    limits: Limits,
+    limits: EndsOfAuthority,
     row: int,
     front_m: float,
     grid: Grid,
@@ -289,7 +289,7 @@ def lower_to_announced(
     Parameters
     ----------
     limits
-        Limits, lowered in place.
+        EndsOfAuthority, lowered in place.
     row
         The train.
     front_m
@@ -323,16 +323,16 @@ def lower_to_announced(
 
 
 @compiled
-def raise_wall(limits: Limits, by: int, place_m: float, first: int, end: int) -> None:
+def raise_wall(limits: EndsOfAuthority, by: int, place_m: float, first: int, end: int) -> None:
     """
     Lower limits to a place from one moment to another.
 
     Parameters
     ----------
     limits
-        Limits, lowered in place.
+        EndsOfAuthority, lowered in place.
     by
-        What stands at the place, as :attr:`kankaku.railway.step.state.Authority.limit_by`.
+        What stands at the place, as :attr:`kankaku.railway.step.state.Authority.eoa_by`.
     place_m
         The place. [m]
     first
@@ -340,9 +340,9 @@ def raise_wall(limits: Limits, by: int, place_m: float, first: int, end: int) ->
     end
         The moment after the last; may lie past the end.
     """
-    for moment in range(first, min(end, limits.limit_m.size)):
-        if place_m < limits.limit_m[moment]:
-            limits.limit_m[moment], limits.limit_by[moment] = place_m, by
+    for moment in range(first, min(end, limits.eoa_m.size)):
+        if place_m < limits.eoa_m[moment]:
+            limits.eoa_m[moment], limits.eoa_by[moment] = place_m, by
 
 
 @compiled

@@ -1,36 +1,36 @@
-"""A centre whose planning channel makes wrong maps for a time; a fault campaign tests the rest."""
+"""A centre whose planning channel makes wrong maps for a time; campaigns test the rest."""
 
 import numpy as np
 
 from kankaku.controllers.centre.reports import Reports
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions
-from kankaku.controllers.control_map.planner import Plan
+from kankaku.controllers.control_map.planner import MapPlan
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.failures.unit_failures import Fault, Variant
+from kankaku.railway.failures.unit_failures import UnitFailure, Variant
+from kankaku.railway.plan.radio_spec import RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import RadioSpec
 from kankaku.railway.step.state import LineState
 
 
 class WrongMaps(ControlMap):
-    """The control map with a fault of kind ``FaultKind.MAP``."""
+    """The control map with a failure of kind ``FailureMode.MAP``."""
 
     def __init__(
-        self, world: World, options: ControlMapOptions, radio: RadioSpec, fault: Fault
+        self, world: World, options: ControlMapOptions, radio: RadioSpec, failure: UnitFailure
     ) -> None:
         super().__init__(world, options, radio)
-        self._fault = fault
-        self._row = world.timetable.trains.index(fault.unit)
+        self._failure = failure
+        self._row = world.timetable.trains.index(failure.unit)
 
     def plan(
         self,
         state: LineState,
         reports: Reports,
-        earlier: Plan,
+        earlier: MapPlan,
         longer_m: FloatArray | None = None,
-    ) -> Plan:
+    ) -> MapPlan:
         """
-        Make a map, a wrong one while the fault lasts.
+        Make a map, a wrong one while the failure lasts.
 
         Parameters
         ----------
@@ -45,26 +45,26 @@ class WrongMaps(ControlMap):
 
         Returns
         -------
-        Plan
+        MapPlan
             Run curves and bands.
         """
-        fault, chosen = self._fault, np.arange(self._world.size) == self._row
-        wrong = fault.during(state.time_s)
-        if wrong and fault.variant is Variant.BAND:
-            reports = reports._replace(front_m=reports.front_m + fault.size * chosen)
-        if wrong and fault.variant is Variant.LEFT_OUT:
+        failure, chosen = self._failure, np.arange(self._world.size) == self._row
+        wrong = failure.during(state.time_s)
+        if wrong and failure.variant is Variant.BAND:
+            reports = reports._replace(front_m=reports.front_m + failure.size * chosen)
+        if wrong and failure.variant is Variant.LEFT_OUT:
             state = state._replace(
                 present=state.present & ~chosen,
                 front_m=np.where(chosen, self._world.far_m, state.front_m),
             )
-        if wrong and fault.variant is Variant.IGNORED:
+        if wrong and failure.variant is Variant.IGNORED:
             concerns = state.wayside.concerns & ~chosen[:, np.newaxis]
             state = state._replace(
-                granted_m=np.where(chosen, self._world.far_m, state.granted_m),
+                granted_to_m=np.where(chosen, self._world.far_m, state.granted_to_m),
                 wayside=state.wayside._replace(concerns=concerns),
             )
         made = super().plan(state, reports, earlier, longer_m)
-        if wrong and fault.variant is Variant.RUN:
-            further_m = fault.size * chosen[:, np.newaxis]
+        if wrong and failure.variant is Variant.RUN:
+            further_m = failure.size * chosen[:, np.newaxis]
             made = made._replace(front_m=made.front_m + further_m, ahead_m=made.ahead_m + further_m)
         return made

@@ -14,7 +14,6 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.motion.path import Driving, Way, reaching_the_end, trace, way_on
 from kankaku.railway.motion.run_curve import (
     LONGEST_S,
     RunCurve,
@@ -23,6 +22,7 @@ from kankaku.railway.motion.run_curve import (
     fastest,
     timed,
 )
+from kankaku.railway.motion.way import Driving, Way, reaching_the_end, trace, way_on
 from kankaku.railway.plan.profile import Profile
 from kankaku.railway.plan.rolling_stock import TrainType
 
@@ -53,7 +53,7 @@ class Site(NamedTuple):
     """Where the follower stops. [m]"""
     delay_s: float
     """Delay of the authority. [s]"""
-    limit_m: FloatArray
+    eoa_m: FloatArray
     """End of authority once the leader goes, not falling. [m], shape (n_moments,)"""
     since_departure_s: FloatArray
     """When it gets there after the leader's departure. [s], shape (n_moments,)"""
@@ -114,10 +114,10 @@ def approach_point(site: Site) -> ApproachPoint | None:
 
 def _gates_m(site: Site) -> list[float]:
     """Return where authority ends for a while after the leader's departure."""
-    starts = np.flatnonzero(np.diff(site.limit_m, prepend=-np.inf) > 0.0)
+    starts = np.flatnonzero(np.diff(site.eoa_m, prepend=-np.inf) > 0.0)
     lasts_s = np.diff(np.append(site.since_departure_s[starts], site.since_departure_s[-1]))
-    stays = (lasts_s >= GATE_S) & (site.limit_m[starts] < site.stop_m)
-    gates_m: list[float] = site.limit_m[starts][stays].tolist()
+    stays = (lasts_s >= GATE_S) & (site.eoa_m[starts] < site.stop_m)
+    gates_m: list[float] = site.eoa_m[starts][stays].tolist()
     return gates_m
 
 
@@ -215,8 +215,8 @@ def _run_in_s(site: Site, gate_m: float, speed_mps: float) -> tuple[float, float
     stopping = np.interp(ahead_m, grid_m, potential) + 0.5 * np.square(curve.speed_mps)
     need_m = np.interp(stopping, potential, grid_m)
     need_m[0] = gate_m
-    moment = np.searchsorted(site.limit_m, need_m - 1e-6)
-    if moment.max() >= site.limit_m.size:
+    moment = np.searchsorted(site.eoa_m, need_m - 1e-6)
+    if moment.max() >= site.eoa_m.size:
         return np.inf, np.inf
     # What a cell needs at its end has to be there when it is entered.
     entered_s = np.append(curve.time_s[0], curve.time_s[:-1])

@@ -24,8 +24,8 @@ from kankaku.controllers.options import require
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.compiled import compiled, count_up_to
 from kankaku.railway.motion.kinematics import next_speed_mps
-from kankaku.railway.motion.path import way_on
 from kankaku.railway.motion.run_curve import fastest
+from kankaku.railway.motion.way import way_on
 from kankaku.railway.plan.profile import at, braking_loss_mps
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
@@ -51,7 +51,7 @@ class ApproachPointOptions:
         require("patience_s", self.patience_s, -3600.0, 3600.0)
 
 
-class Plans(NamedTuple):
+class ApproachPlans(NamedTuple):
     """What every train is about to do; arrays of shape (n_trains,) but the last ones."""
 
     call: IntArray
@@ -101,18 +101,18 @@ class ApproachPointControl:
         # What has been worked out once holds for all trains of these types at a platform.
         self._known: dict[tuple[object, ...], Near | None] = {}
 
-    def initial(self) -> Plans:
+    def initial(self) -> ApproachPlans:
         """
         Return the memory before the first step.
 
         Returns
         -------
-        Plans
+        ApproachPlans
             No train has a plan.
         """
         size = self._world.size
         return _with_curves(
-            Plans(
+            ApproachPlans(
                 call=np.full(size, -1, dtype=np.intp),
                 leader=np.full(size, -1, dtype=np.intp),
                 stop_m=np.full(size, self._world.far_m),
@@ -129,7 +129,9 @@ class ApproachPointControl:
             {},
         )
 
-    def advise(self, state: LineState, authority: Authority, memory: Plans) -> tuple[Advice, Plans]:
+    def advise(
+        self, state: LineState, authority: Authority, memory: ApproachPlans
+    ) -> tuple[Advice, ApproachPlans]:
         """
         Return the advice for every train.
 
@@ -140,11 +142,11 @@ class ApproachPointControl:
         authority
             What protection permits.
         memory
-            Plans so far.
+            ApproachPlans so far.
 
         Returns
         -------
-        tuple[Advice, Plans]
+        tuple[Advice, ApproachPlans]
             Ceilings, and the next memory.
         """
         del authority
@@ -168,7 +170,7 @@ class ApproachPointControl:
         )
         return Advice(ceiling_mps, reason, memory.leader), memory
 
-    def _plan(self, state: LineState, memory: Plans) -> Plans:
+    def _plan(self, state: LineState, memory: ApproachPlans) -> ApproachPlans:
         """Plan for those whom the events concern."""
         events, follows = state.events, state.running & state.follows
         due = follows & ((memory.call < 0) | (memory.leader != state.leader))
@@ -223,7 +225,9 @@ class ApproachPointControl:
                     return call
         return None
 
-    def _stop_outside(self, state: LineState, memory: Plans, row: int, leaders_call: int) -> None:
+    def _stop_outside(
+        self, state: LineState, memory: ApproachPlans, row: int, leaders_call: int
+    ) -> None:
         """Rule (ii): brake to the optimal stop some time after the booked departure."""
         leader = int(state.leader[row])
         near = self._near(state, row, leaders_call)
@@ -233,7 +237,7 @@ class ApproachPointControl:
             memory.stop_from_s[row] = booked_s + self._patience_s
 
     def _run_in(
-        self, state: LineState, memory: Plans, row: int, leaders_call: int
+        self, state: LineState, memory: ApproachPlans, row: int, leaders_call: int
     ) -> FloatArray | None:
         """Rule (iii): pass the approach point when the way is free."""
         near = self._near(state, row, leaders_call)
@@ -254,7 +258,7 @@ class ApproachPointControl:
         memory.run_until_s[row] = memory.run_from_s[row] + passing.curve.run_time_s
         return np.array([passing.curve.chainage_m, passing.curve.speed_mps, passing.curve.time_s])
 
-    def _forget(self, memory: Plans, row: int) -> None:
+    def _forget(self, memory: ApproachPlans, row: int) -> None:
         memory.stop_m[row] = self._world.far_m
         memory.stop_from_s[row] = memory.run_from_s[row] = np.inf
 
@@ -278,7 +282,7 @@ class ApproachPointControl:
         away = fastest(way_on(profile, ahead, world.train_types[ahead], (from_m, to_m)))
         fronts_m = np.arange(from_m, to_m, MOMENT_M)
         speeds_mps = np.interp(fronts_m, away.chainage_m, away.speed_mps)
-        limits_m = self._foresight.limit_behind_m(row, call, leader, fronts_m, speeds_mps)
+        eoas_m = self._foresight.eoa_behind_m(row, call, leader, fronts_m, speeds_mps)
         permitted_after_s = away.time_s + self._foresight.release_delay_s
         return Site(
             profile=profile,
@@ -286,12 +290,12 @@ class ApproachPointControl:
             train_type=world.train_types[kind],
             stop_m=leaders_m[0],
             delay_s=self._foresight.delay_s,
-            limit_m=np.maximum.accumulate(limits_m),
+            eoa_m=np.maximum.accumulate(eoas_m),
             since_departure_s=np.interp(fronts_m, away.chainage_m, permitted_after_s),
         )
 
 
-def _with_curves(memory: Plans, changed: dict[int, FloatArray | None]) -> Plans:
+def _with_curves(memory: ApproachPlans, changed: dict[int, FloatArray | None]) -> ApproachPlans:
     """Lay all curves one after the other, as the steps want them."""
     curves = tuple(changed.get(row, curve) for row, curve in enumerate(memory.curves))
     kept = [curve for curve in curves if curve is not None]

@@ -19,8 +19,8 @@ from kankaku.railway.compiled import compiled
 from kankaku.railway.motion.eco_run import EcoRun, eco
 from kankaku.railway.motion.extremal import BRAKING, SPEEDING_UP
 from kankaku.railway.motion.kinematics import next_speed_mps
-from kankaku.railway.motion.path import way_on
 from kankaku.railway.motion.run_curve import RunTimeError, StallError
+from kankaku.railway.motion.way import way_on
 from kankaku.railway.plan.profile import at, braking_loss_mps
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
@@ -47,7 +47,7 @@ class EcoOptions:
         require("patience_s", self.patience_s, 0.5, 600.0)
 
 
-class Plans(NamedTuple):
+class EcoPlans(NamedTuple):
     """What every train is about to do; arrays of shape (n_trains,) but the last two."""
 
     since_s: FloatArray
@@ -76,17 +76,17 @@ class Eco:
         self._square = 2.0 * foresight.profile.potential_m2ps2.ravel()
         self._nothing = no_advice(world.size)
 
-    def initial(self) -> Plans:
+    def initial(self) -> EcoPlans:
         """
         Return the memory before the first step.
 
         Returns
         -------
-        Plans
+        EcoPlans
             No train has a plan.
         """
         size = self._world.size
-        return Plans(
+        return EcoPlans(
             since_s=np.full(size, np.inf),
             from_m=np.zeros(size),
             lengths=np.zeros(size, dtype=np.intp),
@@ -95,7 +95,9 @@ class Eco:
             points=np.zeros((2, 0)),
         )
 
-    def advise(self, state: LineState, authority: Authority, memory: Plans) -> tuple[Advice, Plans]:
+    def advise(
+        self, state: LineState, authority: Authority, memory: EcoPlans
+    ) -> tuple[Advice, EcoPlans]:
         """
         Return the advice for every train.
 
@@ -106,11 +108,11 @@ class Eco:
         authority
             What protection permits.
         memory
-            Plans so far.
+            EcoPlans so far.
 
         Returns
         -------
-        tuple[Advice, Plans]
+        tuple[Advice, EcoPlans]
             Ceilings, and the next memory.
         """
         if state.events:
@@ -124,7 +126,7 @@ class Eco:
             ceiling_mps, reason, _ = self._follow(state, authority, memory)
         return Advice(ceiling_mps, reason), memory
 
-    def _with_events(self, state: LineState, memory: Plans) -> Plans:
+    def _with_events(self, state: LineState, memory: EcoPlans) -> EcoPlans:
         """Plan for those who are released, and forget the plans of those who have arrived."""
         changed: dict[int, FloatArray | None] = {}
         for row in (*state.events.arrived, *state.events.left):
@@ -157,12 +159,12 @@ class Eco:
         return _table(run, world.step_s)
 
     def _follow(
-        self, state: LineState, authority: Authority, memory: Plans
+        self, state: LineState, authority: Authority, memory: EcoPlans
     ) -> tuple[FloatArray, IntArray, BoolArray]:
         return _follow(
             state.front_m,
             state.speed_mps,
-            authority.limit_m,
+            authority.eoa_m,
             authority.delay_s,
             self._world.row_start,
             self._square,
@@ -198,7 +200,9 @@ def _table(run: EcoRun, step_s: float) -> FloatArray:
     return np.array([np.interp(metres, along_m, row) for row in (ceiling, curve.time_s)])
 
 
-def _with_tables(memory: Plans, changed: dict[int, FloatArray | None], state: LineState) -> Plans:
+def _with_tables(
+    memory: EcoPlans, changed: dict[int, FloatArray | None], state: LineState
+) -> EcoPlans:
     """Lay all tables one after the other, as the steps want them."""
     tables = tuple(changed.get(row, table) for row, table in enumerate(memory.tables))
     kept = [table for table in tables if table is not None]
@@ -207,7 +211,7 @@ def _with_tables(memory: Plans, changed: dict[int, FloatArray | None], state: Li
     for row, table in changed.items():
         since_s[row] = np.inf if table is None else state.time_s
         from_m[row] = state.front_m[row]
-    return Plans(
+    return EcoPlans(
         since_s,
         from_m,
         lengths,
@@ -221,7 +225,7 @@ def _with_tables(memory: Plans, changed: dict[int, FloatArray | None], state: Li
 def _follow(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     front_m: FloatArray,
     speed_mps: FloatArray,
-    limit_m: FloatArray,
+    eoa_m: FloatArray,
     delay_s: FloatArray,
     row_start: FloatArray,
     square: FloatArray,
@@ -249,7 +253,7 @@ def _follow(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         reason[train] = ECO
         if late_s > patience_s:
             here_m = front_m[train] + row_start[train]
-            limit = min(max(limit_m[train], tables_m[0]), tables_m[1])
+            limit = min(max(eoa_m[train], tables_m[0]), tables_m[1])
             room = at(square, limit + row_start[train]) - at(square, here_m)
             loss = braking_loss_mps(square, here_m, speed_mps[train], step_s)
             lag = braking_loss_mps(square, here_m, speed_mps[train], delay_s[train])

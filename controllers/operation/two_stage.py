@@ -51,7 +51,7 @@ class TwoStageOptions:
         require("least_gain_s", self.least_gain_s, 0.0, 600.0)
 
 
-class Plans(NamedTuple):
+class TwoStagePlans(NamedTuple):
     """The pre-decelerations under way, shape (n_trains,), and when the first one ends."""
 
     ceiling_mps: FloatArray
@@ -85,18 +85,20 @@ class TwoStage:
         )
         self._ceiling_mps = foresight.profile.ceiling_mps
 
-    def initial(self) -> Plans:
+    def initial(self) -> TwoStagePlans:
         """
         Return the memory before the first step.
 
         Returns
         -------
-        Plans
+        TwoStagePlans
             No train is pre-decelerating.
         """
-        return Plans(np.full(self._world.size, NO_CEILING_MPS), np.inf)
+        return TwoStagePlans(np.full(self._world.size, NO_CEILING_MPS), np.inf)
 
-    def advise(self, state: LineState, authority: Authority, memory: Plans) -> tuple[Advice, Plans]:
+    def advise(
+        self, state: LineState, authority: Authority, memory: TwoStagePlans
+    ) -> tuple[Advice, TwoStagePlans]:
         """
         Return the advice for every train.
 
@@ -111,14 +113,14 @@ class TwoStage:
 
         Returns
         -------
-        tuple[Advice, Plans]
+        tuple[Advice, TwoStagePlans]
             Ceilings, and the next memory.
         """
         if self._pre_deceleration and (state.events or state.time_s >= memory.next_release_s):
             memory = self._plan(state, authority)
         ceiling_mps, reason, cause = _lowest(
-            authority.limit_m,
-            authority.limit_by,
+            authority.eoa_m,
+            authority.eoa_by,
             state.front_m,
             state.speed_mps,
             state.stop_m,
@@ -129,7 +131,7 @@ class TwoStage:
         )
         return Advice(ceiling_mps, reason, cause), memory
 
-    def _plan(self, state: LineState, authority: Authority) -> Plans:
+    def _plan(self, state: LineState, authority: Authority) -> TwoStagePlans:
         """Plan every train anew."""
         world, now_s = self._world, state.time_s
         ceiling = np.full(world.size, NO_CEILING_MPS)
@@ -138,12 +140,12 @@ class TwoStage:
         waits = waits_for_leader(world, state) & state.running
         worth = waits & (wait_s > self._options.least_gain_s)
         for row in np.flatnonzero(worth).tolist():
-            margin_m = float(state.clear_to_m[row] - authority.limit_m[row])
+            margin_m = float(state.clear_to_m[row] - authority.eoa_m[row])
             slowing = self._slowing(state, row, margin_m, float(wait_s[row]))
             if slowing is not None and slowing.lasts_s > 0.0:
                 ceiling[row] = slowing.ceiling_mps
                 next_release_s = min(next_release_s, now_s + slowing.lasts_s)
-        return Plans(ceiling, next_release_s)
+        return TwoStagePlans(ceiling, next_release_s)
 
     def _slowing(
         self, state: LineState, row: int, margin_m: float, wait_s: float
@@ -173,8 +175,8 @@ class TwoStage:
 
 @compiled
 def _lowest(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
-    limit_m: FloatArray,
-    limit_by: IntArray,
+    eoa_m: FloatArray,
+    eoa_by: IntArray,
     front_m: FloatArray,
     speed_mps: FloatArray,
     stop_m: FloatArray,
@@ -188,13 +190,13 @@ def _lowest(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     reason, cause = np.full(front_m.size, PRE_DECELERATION), leader.copy()
     for train in range(front_m.size):
         # Who stops at a platform before the obstacle need not mind it yet.
-        if limit_m[train] >= stop_m[train]:
+        if eoa_m[train] >= stop_m[train]:
             continue
         # What is still to come from another track does not move out of the way.
         leader_mps = speed_mps[leader[train]] if follows[train] else 0.0
-        gap_m = limit_m[train] - front_m[train] - speed_mps[train] * step_s
+        gap_m = eoa_m[train] - front_m[train] - speed_mps[train] * step_s
         held_mps = two_stage_speed_mps(gap_m, leader_mps, acceleration_mps2, brake_mps2)
         if held_mps <= ceiling_mps[train]:
             ceiling_mps[train] = held_mps
-            reason[train], cause[train] = TWO_STAGE, limit_by[train]
+            reason[train], cause[train] = TWO_STAGE, eoa_by[train]
     return ceiling_mps, reason, cause

@@ -182,7 +182,7 @@ class Atd:
         world = self._world
         sight = self._detection.look_ahead(state, memory.sight)
         after = Braked(sight, memory.brake_mps2.copy(), memory.tripped.copy())
-        limit_m, ceiling_mps, limit_by, ceiling_by = _authorise(
+        eoa_m, ceiling_mps, eoa_by, ceiling_by = _authorise(
             state.front_m,
             state.speed_mps,
             state.present,
@@ -199,10 +199,10 @@ class Atd:
             after.tripped,
             self._plain[2],
         )
-        authority = Authority(limit_m, ceiling_mps, self._no_delay_s, limit_by, ceiling_by)
+        authority = Authority(eoa_m, ceiling_mps, self._no_delay_s, eoa_by, ceiling_by)
         return authority, after
 
-    def limit_behind_m(
+    def eoa_behind_m(
         self,
         row: int,
         call: int,  # noqa: ARG002 - the same whatever the call
@@ -235,7 +235,7 @@ class Atd:
         detection = self._detection
         return detection.boundary_m(row, detection.circuits, tail_m) - self._options.overlap_m
 
-    def permitted_mps(self, row: int, front_m: FloatArray, limit_m: FloatArray) -> FloatArray:
+    def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
         Return the control pattern that a train is sent behind a limit that stays.
 
@@ -245,7 +245,7 @@ class Atd:
             The train.
         front_m
             Places of its front. [m], shape (n_places,)
-        limit_m
+        eoa_m
             Its limits. [m], shape (n_places,)
 
         Returns
@@ -256,7 +256,7 @@ class Atd:
         world = self._world
         pattern_mps = _control_patterns_mps(
             front_m,
-            np.minimum(limit_m, world.far_m),
+            np.minimum(eoa_m, world.far_m),
             float(world.row_start[row]),
             self._square,
             float(self._service_mps2[row]),
@@ -366,8 +366,8 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     """Return limits and ceilings with what is behind them, and write what trains remember."""
     patterns, rules = Patterns(*pattern_fields), RuleBase(*rule_fields)
     line_ceiling = CeilingFigures(*ceiling_fields)
-    limit_m, ceiling_mps = np.full(front_m.size, far_m), np.zeros(front_m.size)
-    limit_by, ceiling_by = np.full(front_m.size, NOTHING), np.full(front_m.size, NOTHING)
+    eoa_m, ceiling_mps = np.full(front_m.size, far_m), np.zeros(front_m.size)
+    eoa_by, ceiling_by = np.full(front_m.size, NOTHING), np.full(front_m.size, NOTHING)
     for train in range(front_m.size):
         if not present[train]:
             continue
@@ -376,7 +376,7 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         if danger_m[train] >= far_m:
             brake_mps2[train], tripped[train] = 0.0, False
             continue
-        limit_by[train] = danger_by[train]
+        eoa_by[train] = danger_by[train]
         # A train that stands closer to an occupied circuit than the overlap stays there.
         stop_m = max(danger_m[train] - patterns.overlap_m, front_m[train])
         end_m = _step_end_m(front_m[train], patterns)
@@ -384,9 +384,9 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         most = _emergency_mps(end_m, danger_m[train], row_start[train], square, both, patterns)
         tripped[train] = speed > most or (tripped[train] and speed > 0.0)
         if tripped[train]:
-            limit_m[train] = front_m[train]
+            eoa_m[train] = front_m[train]
             continue
-        limit_m[train] = stop_m
+        eoa_m[train] = stop_m
         pattern = _control_mps(end_m, stop_m, row_start[train], square, service, patterns)
         followed = pattern
         if speed <= 0.0:
@@ -401,4 +401,4 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
             followed = speed
         if followed < ceiling_mps[train]:
             ceiling_mps[train], ceiling_by[train] = followed, danger_by[train]
-    return limit_m, ceiling_mps, limit_by, ceiling_by
+    return eoa_m, ceiling_mps, eoa_by, ceiling_by

@@ -22,7 +22,7 @@ NAMED = 3
 """Blocks that a sentence names. [-]"""
 
 
-class Reason(NamedTuple):
+class Doubt(NamedTuple):
     """Why a block never shows more than some code: what the next one would have to do."""
 
     block: str
@@ -85,13 +85,13 @@ def _reasons(
     codes_mps: FloatArray,
     braking: Braking,
     table_mps: FloatArray,
-) -> list[Reason]:
+) -> list[Doubt]:
     blocks, pieces = detection.blocks, detection.line.blocks
     possible_mps = entry_speeds_mps(world.profile, kind, blocks, codes_mps)
     grid_m, potential = world.profile.grid_m, world.profile.potential_m2ps2[kind]
     # With all blocks free that are counted; of the next one's there is one less then.
     shown_mps, next_mps = table_mps[:, -1], table_mps[:, -2]
-    found: dict[str, Reason] = {}
+    found: dict[str, Doubt] = {}
     last = set((blocks.first[1:] - 1).tolist())
     for place in np.flatnonzero(shown_mps < possible_mps[:, 0] - HARDLY_MPS).tolist():
         name = pieces[blocks.piece[place]].id
@@ -105,7 +105,7 @@ def _reasons(
         spent_m2ps2 = 0.5 * (float(higher_mps) ** 2 - to_mps**2)
         braked_m = float(np.interp(kept_m2ps2 + spent_m2ps2, potential, grid_m))
         overlap_m = 0.0 if to_mps > 0.0 else braking.overlap_m
-        found[name] = Reason(
+        found[name] = Doubt(
             name,
             most_mps,
             pieces[blocks.piece[ahead]].id,
@@ -117,7 +117,7 @@ def _reasons(
     return list(found.values())
 
 
-def _sentence(alike: Sequence[Reason], of_type: str) -> str:
+def _sentence(alike: Sequence[Doubt], of_type: str) -> str:
     names = ", ".join(reason.block for reason in alike[:NAMED])
     more = f" and {len(alike) - NAMED} more" if len(alike) > NAMED else ""
     blocks, verb = ("block", "shows") if len(alike) == 1 else ("blocks", "show")

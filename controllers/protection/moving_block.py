@@ -145,7 +145,7 @@ class MovingBlock:
         if state.next_call is not memory.next_call:
             rows = np.arange(self._world.size)
             memory = Ahead(state.next_call, self._world.platform_m[:, rows, state.next_call])
-        limit_m, ceiling_mps, limit_by = _authorise(
+        eoa_m, ceiling_mps, eoa_by = _authorise(
             state.front_m,
             state.tail_m,
             state.speed_mps,
@@ -159,10 +159,10 @@ class MovingBlock:
             self._spacing,
             *self._corrections_m,
         )
-        authority = Authority(limit_m, ceiling_mps, self._delays_s, limit_by, self._own_ceiling)
+        authority = Authority(eoa_m, ceiling_mps, self._delays_s, eoa_by, self._own_ceiling)
         return authority, memory
 
-    def limit_behind_m(
+    def eoa_behind_m(
         self,
         row: int,
         call: int,
@@ -195,11 +195,11 @@ class MovingBlock:
         """
         start_m, end_m = self._world.platform_m[:, row, call]
         length_m = self._world.length_m[leader]
-        return _limits_behind_m(
+        return _eoas_behind_m(
             leader_front_m, length_m, (start_m, end_m), self._spacing, *self._corrections_m
         )
 
-    def permitted_mps(self, row: int, front_m: FloatArray, limit_m: FloatArray) -> FloatArray:
+    def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
         Return the speed from which the service brake keeps a limit that stays.
 
@@ -209,7 +209,7 @@ class MovingBlock:
             The train.
         front_m
             Places of its front. [m], shape (n_places,)
-        limit_m
+        eoa_m
             Its limits. [m], shape (n_places,)
 
         Returns
@@ -217,12 +217,12 @@ class MovingBlock:
         FloatArray
             Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
         """
-        braked_mps = braked_to_mps(self._world, self._square, row, (front_m, limit_m), self.delay_s)
+        braked_mps = braked_to_mps(self._world, self._square, row, (front_m, eoa_m), self.delay_s)
         return np.minimum(braked_mps, self.ceiling.at_mps(row, front_m))
 
 
 @compiled
-def _limit_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+def _eoa_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     front_m: float,
     entered: bool,
     clear_to_m: float,
@@ -246,8 +246,8 @@ def _limit_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     # Eq. (3) without the delay, which the drive counts. A balise corrects nothing before the
     # train has passed it.
     passed = min(count_up_to(buffered_at_balise_m, place_m), max(last, 0))
-    limit_m = float(reaching_front_m(place_m, balise_m[passed], ratio, resolution_m))
-    return limit_m, rear_m <= clear_to_m
+    eoa_m = float(reaching_front_m(place_m, balise_m[passed], ratio, resolution_m))
+    return eoa_m, rear_m <= clear_to_m
 
 
 @compiled
@@ -267,15 +267,15 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     buffered_at_balise_m: FloatArray,
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     line_ceiling = CeilingFigures(*ceiling_fields)
-    limit_m, ceiling_mps = clear_to_m.copy(), np.zeros_like(speed_mps)
-    limit_by = granted_by.copy()
+    eoa_m, ceiling_mps = clear_to_m.copy(), np.zeros_like(speed_mps)
+    eoa_by = granted_by.copy()
     for train in range(front_m.size):
         if not present[train]:
             continue
         ahead_tail_m, ahead_front_m = np.inf, 0.0
         if follows[train]:
             ahead_tail_m, ahead_front_m = tail_m[leader[train]], front_m[leader[train]]
-        limit_m[train], by_leader = _limit_m(
+        eoa_m[train], by_leader = _eoa_m(
             front_m[train],
             front_m[train] > section_m[0, train] + ENTERED_M,
             clear_to_m[train],
@@ -287,15 +287,15 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
             buffered_at_balise_m,
         )
         if follows[train] and by_leader:
-            limit_by[train] = leader[train]
+            eoa_by[train] = leader[train]
         ceiling_mps[train] = ceiling_ahead_mps(
             line_ceiling, train, front_m[train], speed_mps[train]
         )
-    return limit_m, ceiling_mps, limit_by
+    return eoa_m, ceiling_mps, eoa_by
 
 
 @compiled
-def _limits_behind_m(
+def _eoas_behind_m(
     leader_front_m: FloatArray,
     leader_length_m: float,
     section_m: tuple[float, float],
@@ -303,10 +303,10 @@ def _limits_behind_m(
     balise_m: FloatArray,
     buffered_at_balise_m: FloatArray,
 ) -> FloatArray:
-    limit_m = np.empty_like(leader_front_m)
+    eoa_m = np.empty_like(leader_front_m)
     for place in range(leader_front_m.size):
         front_m = leader_front_m[place]
-        limit_m[place] = _limit_m(
+        eoa_m[place] = _eoa_m(
             np.inf,
             False,
             np.inf,
@@ -317,4 +317,4 @@ def _limits_behind_m(
             balise_m,
             buffered_at_balise_m,
         )[0]
-    return limit_m
+    return eoa_m

@@ -145,7 +145,7 @@ class MultiStepAtc:
         """
         sight = self._detection.look_ahead(state, memory.sight)
         onboard = memory.onboard.copy()
-        limit_m, ceiling_mps, limit_by, ceiling_by = _authorise(
+        eoa_m, ceiling_mps, eoa_by, ceiling_by = _authorise(
             state.time_s,
             state.front_m,
             state.speed_mps,
@@ -161,10 +161,10 @@ class MultiStepAtc:
             onboard,
             self._line_ceiling,
         )
-        authority = Authority(limit_m, ceiling_mps, self._no_delay_s, limit_by, ceiling_by)
+        authority = Authority(eoa_m, ceiling_mps, self._no_delay_s, eoa_by, ceiling_by)
         return authority, Shown(sight, onboard)
 
-    def limit_behind_m(
+    def eoa_behind_m(
         self,
         row: int,
         call: int,  # noqa: ARG002 - the same whatever the call
@@ -199,7 +199,7 @@ class MultiStepAtc:
         boundary_m = detection.boundary_m(row, detection.blocks, occupied_m)
         return boundary_m - self._options.overlap_m
 
-    def permitted_mps(self, row: int, front_m: FloatArray, limit_m: FloatArray) -> FloatArray:
+    def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
         Return the code that a train is shown behind a limit that stays.
 
@@ -209,7 +209,7 @@ class MultiStepAtc:
             The train.
         front_m
             Places of its front. [m], shape (n_places,)
-        limit_m
+        eoa_m
             Its limits. [m], shape (n_places,)
 
         Returns
@@ -219,7 +219,7 @@ class MultiStepAtc:
         """
         codes_mps = _codes_mps(
             front_m,
-            limit_m + self._options.overlap_m,
+            eoa_m + self._options.overlap_m,
             int(self._detection.route[row]),
             self._detection.blocks,
             self.code_mps[self._world.type_index[row]],
@@ -273,8 +273,8 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     """Return limits and ceilings with what is behind them, and write what trains remember."""
     blocks, line_ceiling = Tiling(*block_fields), CeilingFigures(*ceiling_fields)
     idle_time_s, below_mps, overlap_m = figures
-    limit_m, ceiling_mps = np.full(front_m.size, far_m), np.zeros(front_m.size)
-    limit_by, ceiling_by = np.full(front_m.size, NOTHING), np.full(front_m.size, NOTHING)
+    eoa_m, ceiling_mps = np.full(front_m.size, far_m), np.zeros(front_m.size)
+    eoa_by, ceiling_by = np.full(front_m.size, NOTHING), np.full(front_m.size, NOTHING)
     for train in range(front_m.size):
         if not present[train]:
             continue
@@ -282,9 +282,9 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
             front_m[train], danger_m[train], route[train], blocks, code_mps[type_index[train]]
         )
         # A train that stands closer to an occupied block than the overlap stays there.
-        limit_m[train] = min(max(occupied_m - overlap_m, front_m[train]), far_m)
+        eoa_m[train] = min(max(occupied_m - overlap_m, front_m[train]), far_m)
         if occupied_m < np.inf:
-            limit_by[train] = danger_by[train]
+            eoa_by[train] = danger_by[train]
         obeyed, takes_effect_s, braking = onboard[:, train]
         if shown >= obeyed:
             braking = braking if shown == obeyed else 0.0
@@ -306,4 +306,4 @@ def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         # The highest code of a block is the line's own, whatever is ahead.
         if bound_mps < line_mps and min(shown, obeyed) < highest:
             ceiling_by[train] = danger_by[train]
-    return limit_m, ceiling_mps, limit_by, ceiling_by
+    return eoa_m, ceiling_mps, eoa_by, ceiling_by

@@ -91,12 +91,12 @@ class RelativeBraking:
         tuple[Authority, tuple[()]]
             Limits and ceilings, and nothing to remember.
         """
-        limit_m, limit_by = _limits_m(
+        eoa_m, eoa_by = _eoas_m(
             state.front_m,
             state.tail_m,
             state.speed_mps,
             state.present,
-            state.granted_m,
+            state.granted_to_m,
             state.granted_by,
             state.leader,
             state.follows,
@@ -106,10 +106,10 @@ class RelativeBraking:
             self._harder_mps2,
             self._margin_m,
         )
-        bounds = limit_m, self.ceiling.ahead_mps(state), self._no_delay_s
-        return Authority(*bounds, limit_by, self._own_ceiling), memory
+        bounds = eoa_m, self.ceiling.ahead_mps(state), self._no_delay_s
+        return Authority(*bounds, eoa_by, self._own_ceiling), memory
 
-    def limit_behind_m(
+    def eoa_behind_m(
         self,
         row: int,  # noqa: ARG002 - the same whatever the train and its call
         call: int,  # noqa: ARG002
@@ -142,10 +142,10 @@ class RelativeBraking:
         if self.accepted[leader]:
             start, harder = float(self._world.row_start[leader]), float(self._harder_mps2[leader])
             stands_m = _stands_each_m(leader_front_m, leader_speed_mps, start, self._square, harder)
-        limits_m: FloatArray = stands_m - self._world.length_m[leader] - self._margin_m
-        return limits_m
+        eoas_m: FloatArray = stands_m - self._world.length_m[leader] - self._margin_m
+        return eoas_m
 
-    def permitted_mps(self, row: int, front_m: FloatArray, limit_m: FloatArray) -> FloatArray:
+    def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
         Return the speed from which the service brake keeps a limit that stays.
 
@@ -155,7 +155,7 @@ class RelativeBraking:
             The train.
         front_m
             Places of its front. [m], shape (n_places,)
-        limit_m
+        eoa_m
             Its limits. [m], shape (n_places,)
 
         Returns
@@ -163,7 +163,7 @@ class RelativeBraking:
         FloatArray
             Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
         """
-        braked_mps = braked_to_mps(self._world, self._square, row, (front_m, limit_m))
+        braked_mps = braked_to_mps(self._world, self._square, row, (front_m, eoa_m))
         return np.minimum(braked_mps, self.ceiling.at_mps(row, front_m))
 
 
@@ -208,12 +208,12 @@ def _stands_each_m(
 
 
 @compiled
-def _limits_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+def _eoas_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     front_m: FloatArray,
     tail_m: FloatArray,
     speed_mps: FloatArray,
     present: BoolArray,
-    granted_m: FloatArray,
+    granted_to_m: FloatArray,
     granted_by: IntArray,
     leader: IntArray,
     follows: BoolArray,
@@ -223,7 +223,7 @@ def _limits_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     harder_mps2: FloatArray,
     margin_m: float,
 ) -> tuple[FloatArray, IntArray]:
-    limit_m, limit_by = granted_m - margin_m, granted_by.copy()
+    eoa_m, eoa_by = granted_to_m - margin_m, granted_by.copy()
     for train in range(front_m.size):
         if not (present[train] and follows[train]):
             continue
@@ -234,6 +234,6 @@ def _limits_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
                 front_m[ahead], speed_mps[ahead], row_start[ahead], square, harder_mps2[ahead]
             )
             rear_m += stands_m - front_m[ahead]
-        if rear_m - margin_m <= limit_m[train]:
-            limit_m[train], limit_by[train] = rear_m - margin_m, ahead
-    return limit_m, limit_by
+        if rear_m - margin_m <= eoa_m[train]:
+            eoa_m[train], eoa_by[train] = rear_m - margin_m, ahead
+    return eoa_m, eoa_by

@@ -13,9 +13,9 @@ from kankaku import interrupts
 from kankaku.analysis.publish.capacity_publishing import CapacityTables
 from kankaku.analysis.publish.dependability_publishing import DependabilityTables
 from kankaku.analysis.publish.radio_publishing import RadioTables
-from kankaku.analysis.tables.campaign_tables import fault_texts
-from kankaku.analysis.tables.capacity_tables import capacity_texts, headway_texts, pattern_text
-from kankaku.analysis.tables.dependability import availability_texts, fault_tree_texts
+from kankaku.analysis.texts.campaign_texts import fault_texts
+from kankaku.analysis.texts.capacity_texts import capacity_texts, headway_texts, pattern_text
+from kankaku.analysis.texts.dependability_texts import availability_texts, fault_tree_texts
 from kankaku.analysis.texts.radio_texts import radio_load_texts, radio_sentences
 from kankaku.commands.listing import Listing, controllers_of, known_controllers, versions
 from kankaku.commands.screen import (
@@ -39,7 +39,7 @@ from kankaku.commands.study_screen import report, run_shown
 from kankaku.controllers import registry
 from kankaku.interrupts import EXIT_INTERRUPTED, end_as_by_ctrl_c
 from kankaku.railway.plan.scenario import Scenario
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.studies import availability_study, campaign, capacity_study, radio_study, study
 from kankaku.studies.study import MOST_SEEDS, SEED_MAX, STEP_RANGE_S
 

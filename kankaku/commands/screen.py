@@ -131,7 +131,7 @@ def refusals(scenario: Path, out: Path) -> Iterator[None]:
     try:
         yield
     except ScenarioError as error:
-        complain(f"{scenario} cannot be used", [str(fault) for fault in error.faults])
+        complain(f"{scenario} cannot be used", [str(mistake) for mistake in error.mistakes])
     except registry.ControllerError as error:
         place = "" if error.where.startswith("--") else f"{MAIN_FILE}: "
         complain(f"{scenario} cannot be run", [f"{place}{error}"])

@@ -6,9 +6,10 @@ from rich.markup import escape
 from rich.progress import ProgressColumn, Task, TaskID
 from rich.text import Text
 
-from kankaku.analysis.tables.compare import comparison, comparison_note, comparison_texts
-from kankaku.analysis.tables.sweep import sweep_texts
+from kankaku.analysis.tables.compare import comparison
+from kankaku.analysis.texts.comparison_texts import comparison_note, comparison_texts
 from kankaku.analysis.texts.report import unfinished_heading
+from kankaku.analysis.texts.sweep_texts import sweep_texts
 from kankaku.commands.screen import (
     SIDE_BY_SIDE,
     Log,

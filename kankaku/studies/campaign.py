@@ -1,8 +1,8 @@
 """
-Fault campaign: the failure modes of a control map, one by one and a thousand times.
+UnitFailure campaign: the failure modes of a control map, one by one and a thousand times.
 
-Every run has one fault of one unit; it is compared with a run of the same seed without any.
-``run.py faults`` gives this a command line.
+Every run has one failure of one unit; it is compared with a run of the same seed without any.
+``kankaku campaign`` gives this a command line.
 """
 
 import json
@@ -19,16 +19,16 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from kankaku import interrupts
+from kankaku.analysis.publish.campaign_publishing import FaultTables, publish_faults
 from kankaku.analysis.results import refuse_foreign
-from kankaku.analysis.tables.campaign_tables import FaultTables, publish_faults
 from kankaku.analysis.tables.columns import write_whole
 from kankaku.analysis.tables.delay import delay_s
 from kankaku.controllers import registry
 from kankaku.controllers.control_map.map_protection import ControlMapOptions, Memory
 from kankaku.controllers.control_map.measuring import CENTRE_ROW, Notice
 from kankaku.controllers.control_map.wrong_maps import WrongMaps
-from kankaku.railway.failures.random_failures import draw_fault
-from kankaku.railway.failures.unit_failures import Fault, FaultKind, Variant
+from kankaku.railway.failures.random_failures import draw_failure
+from kankaku.railway.failures.unit_failures import FailureMode, UnitFailure, Variant
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Authority, LineState, Reason
@@ -43,11 +43,11 @@ from kankaku.workers import Failure, performed
 VERSION = 3
 """Of what a run of the campaign is; runs of another one are not continued."""
 SEEDS = 20
-"""Days that the faults are spread over. [-]"""
+"""Days that the failures are spread over. [-]"""
 STOP_S = 1.0
 """Shorter standstills do not count, as elsewhere. [s]"""
 AFTER_S = 30.0
-"""A brake this long after a fault may still be a reaction to it. [s]"""
+"""A brake this long after a failure may still be a reaction to it. [s]"""
 BASELINE = -1
 JOURNAL = "journal.jsonl"
 PROTECTION = "control_map"
@@ -73,19 +73,19 @@ FINDERS: Mapping[Variant, frozenset[Notice]] = {
     Variant.CENTRE_JUMP: frozenset({Notice.CENTRE_CLOCK}),
     Variant.CENTRE_SILENT: frozenset({Notice.NO_COMMANDS}),
 }
-"""Whose alarms find a fault; equipment finds its own at once."""
+"""Whose alarms find a failure; equipment finds its own at once."""
 
 
-class Task(NamedTuple):
+class CampaignTask(NamedTuple):
     """One run of the campaign."""
 
     number: int
-    """:data:`BASELINE` for the run of a seed without fault."""
+    """:data:`BASELINE` for the run of a seed without failure."""
     seed: int
 
     def __str__(self) -> str:
         if self.number == BASELINE:
-            return f"run without fault (seed {self.seed})"
+            return f"run without failure (seed {self.seed})"
         return f"run {self.number} (seed {self.seed})"
 
     @property
@@ -110,12 +110,12 @@ class Campaign:
         return self.study.specs[0]
 
     @property
-    def tasks(self) -> tuple[Task, ...]:
-        """Runs without fault first."""
+    def tasks(self) -> tuple[CampaignTask, ...]:
+        """Runs without failure first."""
         first = self.study.seeds[0]
         days = range(first, first + min(SEEDS, self.runs))
-        return tuple(Task(BASELINE, seed) for seed in days) + tuple(
-            Task(number, first + number % SEEDS) for number in range(self.runs)
+        return tuple(CampaignTask(BASELINE, seed) for seed in days) + tuple(
+            CampaignTask(number, first + number % SEEDS) for number in range(self.runs)
         )
 
     @property
@@ -189,7 +189,7 @@ def run_campaign(
 def _run(campaign: Campaign, folder: Path, work: Path, progress: Progress) -> CampaignResult:
     started = time.perf_counter()
     journal = Journal(folder / JOURNAL, campaign)
-    failed: dict[Task, Failure] = {}
+    failed: dict[CampaignTask, Failure] = {}
     interrupted = False
     missing = journal.missing(campaign.tasks)
     answers = performed(partial(_perform, campaign), missing, campaign.study.jobs, folder=work)
@@ -231,7 +231,7 @@ class Journal:
 
     def __init__(self, file: Path, campaign: Campaign) -> None:
         self._file = file
-        self.done: dict[Task, Finding] = {}
+        self.done: dict[CampaignTask, Finding] = {}
         settings = campaign.settings
         lines = [] if campaign.fresh or not file.exists() else file.read_bytes().splitlines(True)
         # Who was killed while writing has left half a line.
@@ -240,7 +240,9 @@ class Journal:
             told = [self._read(line, number) for number, line in enumerate(whole, start=1)]
             self._check(told[0], settings)
             tasks = set(campaign.tasks)
-            known = {Task(finding["number"], finding["seed"]): finding for finding in told[1:]}
+            known = {
+                CampaignTask(finding["number"], finding["seed"]): finding for finding in told[1:]
+            }
             self.done = {task: finding for task, finding in known.items() if task in tasks}
         else:
             whole = [_line(settings)]
@@ -262,7 +264,7 @@ class Journal:
         msg = f"{self._file}: of another campaign ({other}); allowed: --fresh, to start anew"
         raise StudyError(msg)
 
-    def missing(self, tasks: Sequence[Task]) -> tuple[Task, ...]:
+    def missing(self, tasks: Sequence[CampaignTask]) -> tuple[CampaignTask, ...]:
         """
         Return what is not finished.
 
@@ -273,7 +275,7 @@ class Journal:
 
         Returns
         -------
-        tuple[Task, ...]
+        tuple[CampaignTask, ...]
             In the same order.
         """
         return tuple(task for task in tasks if task not in self.done)
@@ -294,11 +296,11 @@ class Journal:
             file.write(_line(finding))
             file.flush()
             os.fsync(file.fileno())
-        self.done[Task(finding["number"], finding["seed"])] = finding
+        self.done[CampaignTask(finding["number"], finding["seed"])] = finding
 
-    def rows(self, tasks: Sequence[Task]) -> list[dict[str, Any]]:
+    def rows(self, tasks: Sequence[CampaignTask]) -> list[dict[str, Any]]:
         """
-        Return the finished runs with a fault, against those without.
+        Return the finished runs with a failure, against those without.
 
         Parameters
         ----------
@@ -315,7 +317,7 @@ class Journal:
             for task in tasks
             if task.number != BASELINE
             and task in self.done
-            and (baseline := Task(BASELINE, task.seed)) in self.done
+            and (baseline := CampaignTask(BASELINE, task.seed)) in self.done
         ]
 
 
@@ -341,35 +343,37 @@ def _row(finding: Finding, usual: Finding) -> dict[str, Any]:
     }
 
 
-def _perform(campaign: Campaign, task: Task, _: Callable[[float], None]) -> Finding:
+def _perform(campaign: Campaign, task: CampaignTask, _: Callable[[float], None]) -> Finding:
     study, spec = campaign.study, campaign.spec
     world = world_of(study.scenario, study.step_s)
-    fault = None
+    failure = None
     if task.number != BASELINE:
-        fault = draw_fault(world, study.seeds[0], task.number)
-    witness = Witness(fault)
+        failure = draw_failure(world, study.seeds[0], task.number)
+    witness = Witness(failure)
 
     def wrap(name: str, layer: Any) -> Any:  # noqa: ANN401 - any layer
         if name != "protection":
             return layer
-        if fault is not None and fault.kind is FaultKind.MAP:
+        if failure is not None and failure.kind is FailureMode.MAP:
             options: dict[str, Any] = dict(spec.protection_options)
-            layer = WrongMaps(world, ControlMapOptions(**options), study.scenario.radio, fault)
+            layer = WrongMaps(world, ControlMapOptions(**options), study.scenario.radio, failure)
         return witness.watching(layer)
 
-    faults = () if fault is None else (fault,)
-    record = run_once(study.scenario, spec, task.seed, study.step_s, wrap=wrap, faults=faults)
-    return {**task._asdict(), **_measured(record), **(_about(fault, record, witness))}
+    unit_failures = () if failure is None else (failure,)
+    record = run_once(
+        study.scenario, spec, task.seed, study.step_s, wrap=wrap, unit_failures=unit_failures
+    )
+    return {**task._asdict(), **_measured(record), **(_about(failure, record, witness))}
 
 
 class Witness:
     """Stands before a protection and remembers what it knew."""
 
-    def __init__(self, fault: Fault | None) -> None:
+    def __init__(self, failure: UnitFailure | None) -> None:
         self.last: Memory | None = None
         self.widened: set[int] = set()
-        """Rows of the trains whose bands were longer than usual since the fault."""
-        self._from_s = np.inf if fault is None else fault.from_s
+        """Rows of the trains whose bands were longer than usual since the failure."""
+        self._from_s = np.inf if failure is None else failure.from_s
         self._protection: Any = None
 
     def watching(self, protection: Any) -> "Witness":  # noqa: ANN401 - a control map
@@ -435,63 +439,63 @@ def _measured(record: RunRecord) -> Finding:
     }
 
 
-def _about(fault: Fault | None, record: RunRecord, witness: Witness) -> Finding:
-    """Return what became of a fault."""
-    if fault is None or witness.last is None:
+def _about(failure: UnitFailure | None, record: RunRecord, witness: Witness) -> Finding:
+    """Return what became of a failure."""
+    if failure is None or witness.last is None:
         return {}
-    detection, found_s = _detected(fault, record, witness.last)
+    detection, found_s = _detected(failure, record, witness.last)
     return {
-        "kind": fault.kind.value,
-        "variant": fault.variant.value,
-        "unit": fault.unit,
-        "onset_s": fault.from_s,
-        "duration_s": fault.duration_s,
-        "size": fault.size,
+        "kind": failure.kind.value,
+        "variant": failure.variant.value,
+        "unit": failure.unit,
+        "onset_s": failure.from_s,
+        "duration_s": failure.duration_s,
+        "size": failure.size,
         "detection": detection,
-        "detected_after_s": None if found_s is None else found_s - fault.from_s,
-        "reactions": _reactions(fault, record, witness),
+        "detected_after_s": None if found_s is None else found_s - failure.from_s,
+        "reactions": _reactions(failure, record, witness),
     }
 
 
-def _detected(fault: Fault, record: RunRecord, memory: Memory) -> tuple[str, float | None]:
-    """Return what found a fault, and when. [s]"""
-    if fault.variant not in FINDERS:
+def _detected(failure: UnitFailure, record: RunRecord, memory: Memory) -> tuple[str, float | None]:
+    """Return what found a failure, and when. [s]"""
+    if failure.variant not in FINDERS:
         found_s = [
             item.established_s
             for item in record.obstructions
-            if item.id == f"{fault.unit}: {fault.variant.value}"
+            if item.id == f"{failure.unit}: {failure.variant.value}"
         ]
         return ("the equipment itself", found_s[0]) if found_s else ("", None)
     rows = {CENTRE_ROW}
     trains = record.world.timetable.trains
-    if fault.unit in trains:
-        rows.add(trains.index(fault.unit))
+    if failure.unit in trains:
+        rows.add(trains.index(failure.unit))
     for alarm in memory.aboard.alarms:
-        about = alarm.row in rows or fault.variant is Variant.CENTRE_SILENT
-        if about and alarm.notice in FINDERS[fault.variant] and alarm.time_s >= fault.from_s:
+        about = alarm.row in rows or failure.variant is Variant.CENTRE_SILENT
+        if about and alarm.notice in FINDERS[failure.variant] and alarm.time_s >= failure.from_s:
             return alarm.notice.value, alarm.time_s
     return "", None
 
 
-def _reactions(fault: Fault, record: RunRecord, witness: Witness) -> list[str]:
-    """Return what was done about a fault, in the words of the source's table 3."""
+def _reactions(failure: UnitFailure, record: RunRecord, witness: Witness) -> list[str]:
+    """Return what was done about a failure, in the words of the source's table 3."""
     memory, samples = witness.last, record.trajectory
     if memory is None:
         return []
     trains = record.world.timetable.trains
-    about = {trains.index(fault.unit)} if fault.unit in trains else set(range(len(trains)))
+    about = {trains.index(failure.unit)} if failure.unit in trains else set(range(len(trains)))
     notices = {
         alarm.notice
         for alarm in memory.aboard.alarms
-        if alarm.time_s >= fault.from_s and alarm.row in about | {CENTRE_ROW}
+        if alarm.time_s >= failure.from_s and alarm.row in about | {CENTRE_ROW}
     }
-    during = (samples.time_s >= fault.from_s) & (samples.time_s < fault.until_s + AFTER_S)
+    during = (samples.time_s >= failure.from_s) & (samples.time_s < failure.until_s + AFTER_S)
     braked = during & (samples.reason == Reason.EMERGENCY) & (samples.speed_mps > 0.0)
     braked &= np.isin(samples.row, list(about))
     done = {
-        "obstruction set": fault.variant in {Variant.STATE, Variant.EQUIPMENT},
+        "obstruction set": failure.variant in {Variant.STATE, Variant.EQUIPMENT},
         "band widened": bool(witness.widened & about)
-        or (fault.unit in trains and Notice.NO_REPORT in notices),
+        or (failure.unit in trains and Notice.NO_REPORT in notices),
         "nothing sent": bool(notices & {Notice.EXCLUSION, Notice.CENTRE_CLOCK}),
         "emergency brake": bool(braked.any()),
         "position corrected": Notice.BALISE in notices,

@@ -21,7 +21,12 @@ from kankaku.analysis.publish.capacity_publishing import (
     publish_capacity,
 )
 from kankaku.analysis.results import refuse_foreign
-from kankaku.analysis.tables.capacity_tables import Assessment, Occupation, Stretches, percent_of
+from kankaku.analysis.tables.capacity_tables import (
+    CapacityAssessment,
+    Occupation,
+    Stretches,
+    percent_of,
+)
 from kankaku.controllers import registry
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.capacity.blocking_time import Headway, blocking_times_s, technical_headways
@@ -78,7 +83,7 @@ Failures: TypeAlias = dict[str, Failure]
 class Assessed(NamedTuple):
     """What is found out about the controllers of a study, and about which of them nothing is."""
 
-    assessments: tuple[Assessment, ...]
+    assessments: tuple[CapacityAssessment, ...]
     failures: Failures
 
 
@@ -143,12 +148,12 @@ def assess_capacity(
         if alike in headways
     }
     tasks: list[Task] = [*map(ByTheory, headways), *_checks(check, by_theory_s)]
-    theory: dict[str, Assessment] = {}
+    theory: dict[str, CapacityAssessment] = {}
     simulated_s = {name: np.full(len(known_s), np.nan) for name, known_s in by_theory_s.items()}
     answers = performed(partial(_perform, study), tasks, study.jobs, folder=work)
     for finished, done in enumerate(answers, start=1):
         name, answer = done.task.controller, done.result
-        if isinstance(answer, Assessment):
+        if isinstance(answer, CapacityAssessment):
             theory[name] = answer
         elif answer is not None:
             known_s = simulated_s[name]
@@ -230,7 +235,9 @@ def _technical(world: World, foresight: Foresight, row: int) -> tuple[Journey, t
     return journey, technical_headways(world, foresight, journey)
 
 
-def _perform(study: Study, task: Task, _: Callable[[float], None]) -> Assessment | FloatArray:
+def _perform(
+    study: Study, task: Task, _: Callable[[float], None]
+) -> CapacityAssessment | FloatArray:
     spec = next(spec for spec in study.specs if spec.name == task.controller)
     if isinstance(task, TwoTrains):
         return _simulated_s(study, spec, task)
@@ -253,7 +260,7 @@ def _simulated_s(study: Study, spec: ControllerSpec, task: TwoTrains) -> FloatAr
     return simulated_s
 
 
-def assess_by_theory(study: Study, spec: ControllerSpec) -> Assessment:
+def assess_by_theory(study: Study, spec: ControllerSpec) -> CapacityAssessment:
     """
     Return what blocking-time theory says about a controller.
 
@@ -266,7 +273,7 @@ def assess_by_theory(study: Study, spec: ControllerSpec) -> Assessment:
 
     Returns
     -------
-    Assessment
+    CapacityAssessment
         Nothing in it is simulated.
     """
     world = world_of(study.scenario, study.step_s)
@@ -277,7 +284,7 @@ def assess_by_theory(study: Study, spec: ControllerSpec) -> Assessment:
     journey, headways = _technical(world, foresight, row)
     stretches = _stretches(controller, world, service)
     begin_s, end_s = blocking_times_s(world, foresight, journey, stretches.edges_m)
-    return Assessment(
+    return CapacityAssessment(
         controller=spec.name,
         protection=spec.protection,
         service=service,

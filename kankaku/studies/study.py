@@ -17,14 +17,14 @@ from kankaku.analysis.results import RESULT_FILES, refuse_foreign
 from kankaku.analysis.tables.run_tables import run_tables
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import named, with_settings
-from kankaku.railway.failures.unit_failures import Fault
+from kankaku.railway.failures.unit_failures import UnitFailure
 from kankaku.railway.loop.simulate import simulate
 from kankaku.railway.motion.feasibility import assess
 from kankaku.railway.places import CACHE, chosen_cache, refuse_unwritable, temporary_folder
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World, build_world
 from kankaku.railway.step.records import RunRecord
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.store import run_store
 from kankaku.store.holding import held
 from kankaku.store.run_store import Task
@@ -92,7 +92,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
     gui: bool = False,
     progress: Callable[[float], None] = lambda _: None,
     wrap: Callable[[str, Any], Any] = lambda _, layer: layer,
-    faults: Sequence[Fault] | None = None,
+    unit_failures: Sequence[UnitFailure] | None = None,
 ) -> RunRecord:
     """
     Run one controller on SUMO.
@@ -114,7 +114,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
     wrap
         Called with "engine", "protection", "operation" or "drive" and that layer; returns
         what stands in for it, for example something that measures it.
-    faults
+    unit_failures
         What units and the centre do wrong; see :func:`kankaku.railway.loop.simulate.simulate`.
 
     Returns
@@ -156,7 +156,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
                     patience_s=scenario.patience_s,
                     disruptions=scenario.disruptions,
                     radio=scenario.radio,
-                    faults=faults,
+                    unit_failures=unit_failures,
                     progress=progress,
                 )
     except Exception:

@@ -44,7 +44,7 @@ BLOCKING_SAMPLE_S = 0.05
 """How exactly the begins of blocking times are found. [s]"""
 
 
-class Way(NamedTuple):
+class SharedTrack(NamedTuple):
     """Where a train can be in the way of another; places are of its tail. [m]"""
 
     entered_m: float = -np.inf
@@ -59,7 +59,7 @@ class Way(NamedTuple):
     """Until those before and behind are thrown and proven, once they are cleared. [s]"""
 
 
-WHOLE_LINE = (Way(),)
+WHOLE_LINE = (SharedTrack(),)
 """Two trains on the same tracks from end to end."""
 
 
@@ -85,9 +85,9 @@ class Given:
     leader: Journey
     row: int
     call: int
-    ways: Sequence[Way] = WHOLE_LINE
+    ways: Sequence[SharedTrack] = WHOLE_LINE
 
-    def limit_m(self, way: Way, time_s: FloatArray) -> FloatArray:
+    def eoa_m(self, way: SharedTrack, time_s: FloatArray) -> FloatArray:
         """
         Return the limits that one common way gives.
 
@@ -112,17 +112,17 @@ class Given:
         kept = kept_m < way.entered_m
         place_m = np.where(kept, way.gate_m + length_m, front_m)
         speed_mps = np.where(kept, 0.0, speed_mps)
-        limit_m = self.foresight.limit_behind_m(
+        eoa_m = self.foresight.eoa_behind_m(
             self.row, self.call, self.leader.row, place_m, speed_mps
         )
         if way.parts_m < np.inf:
             parts_m = np.full_like(front_m, way.parts_m + length_m)
-            at_points_m = self.foresight.limit_behind_m(
+            at_points_m = self.foresight.eoa_behind_m(
                 self.row, self.call, self.leader.row, parts_m, np.zeros_like(front_m)
             )
-            limit_m = np.minimum(limit_m, at_points_m)
+            eoa_m = np.minimum(eoa_m, at_points_m)
         gone = (parting_m >= way.cleared_m) | (time_s >= self.leader.leaves_s)
-        return np.where(gone, self.world.far_m, limit_m)
+        return np.where(gone, self.world.far_m, eoa_m)
 
     def since_s(self, needed_m: FloatArray) -> FloatArray:
         """
@@ -144,20 +144,20 @@ class Given:
         latest_s: FloatArray = np.max(since_s, axis=0, initial=-np.inf)
         return latest_s + self.foresight.release_delay_s
 
-    def _since_s(self, way: Way, wanted_m: FloatArray) -> FloatArray:
+    def _since_s(self, way: SharedTrack, wanted_m: FloatArray) -> FloatArray:
         since_s = np.full(wanted_m.size, -np.inf)
         begin_s, end_s = self.leader.time_s[[0, -1]]
-        later = np.flatnonzero(self.limit_m(way, np.array([begin_s])) < wanted_m)
+        later = np.flatnonzero(self.eoa_m(way, np.array([begin_s])) < wanted_m)
         wanted_m = wanted_m[later]
         since_s[later] = _first(
-            lambda time_s: self.limit_m(way, time_s) >= wanted_m,
+            lambda time_s: self.eoa_m(way, time_s) >= wanted_m,
             np.full(later.size, begin_s),
             np.full(later.size, end_s),
         )
         return since_s
 
 
-def needed_limit_m(
+def needed_eoa_m(
     world: World, foresight: Foresight, journey: Journey, time_s: FloatArray
 ) -> FloatArray:
     """
@@ -188,8 +188,8 @@ def needed_limit_m(
     far_m = np.full(front_m.size, world.far_m)
     wanted_mps = np.minimum(speed_mps, foresight.permitted_mps(row, front_m, far_m)) - HARDLY_MPS
 
-    def is_enough(limit_m: FloatArray) -> BoolArray:
-        return foresight.permitted_mps(row, front_m, limit_m) >= wanted_mps
+    def is_enough(eoa_m: FloatArray) -> BoolArray:
+        return foresight.permitted_mps(row, front_m, eoa_m) >= wanted_mps
 
     enough_m = _first(is_enough, front_m, far_m, EXACT_M / 8.0)
     profile = foresight.profile
@@ -239,7 +239,7 @@ def leg_headway(given: Given, follower: Journey, search: Search = FINE) -> Headw
     def needed_m(time_s: FloatArray) -> FloatArray:
         if call == 0:
             return follower.at(time_s)[0]
-        return needed_limit_m(given.world, given.foresight, follower, time_s)
+        return needed_eoa_m(given.world, given.foresight, follower, time_s)
 
     def behind_s(time_s: FloatArray) -> FloatArray:
         return given.since_s(needed_m(time_s)) - time_s
@@ -355,7 +355,7 @@ def blocking_times_s(
     row, idle_time_s = journey.row, foresight.idle_time_s
     ready_s = float(journey.time_s[0])
     time_s = _samples_s(ready_s, journey.leaves_s, BLOCKING_SAMPLE_S)
-    needed_m = needed_limit_m(world, foresight, journey, time_s)
+    needed_m = needed_eoa_m(world, foresight, journey, time_s)
     lasting_m = _least_within(time_s, needed_m, idle_time_s)
     # Even a train that stands needs its own place.
     reached_m = np.maximum.accumulate(np.maximum(lasting_m, journey.at(time_s)[0]))
@@ -365,9 +365,9 @@ def blocking_times_s(
     for call in np.unique(calls).tolist():
         # The limit that a train gives whose tail has just passed an edge.
         fronts_m = edges_m + EXACT_M / 2.0 + float(world.length_m[row])
-        limits_m = foresight.limit_behind_m(row, call, row, fronts_m, np.zeros(edges_m.size))
-        given_s = Given(world, foresight, journey, row, call).since_s(limits_m[1:])
-        first = np.searchsorted(reached_m, limits_m[:-1] + EXACT_M, side="right")
+        eoas_m = foresight.eoa_behind_m(row, call, row, fronts_m, np.zeros(edges_m.size))
+        given_s = Given(world, foresight, journey, row, call).since_s(eoas_m[1:])
+        first = np.searchsorted(reached_m, eoas_m[:-1] + EXACT_M, side="right")
         own = np.flatnonzero((calls == call) & (first < time_s.size) & (given_s > ready_s))
         standing = first[own] == 0
         begin_s[own] = time_s[first[own]] + np.where(standing, 0.0, idle_time_s)

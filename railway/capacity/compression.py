@@ -20,9 +20,9 @@ from kankaku.railway.capacity.blocking_time import (
     EXACT_M,
     Given,
     Search,
-    Way,
+    SharedTrack,
     leg_headway,
-    needed_limit_m,
+    needed_eoa_m,
 )
 from kankaku.railway.motion.journey import Journey
 from kankaku.railway.plan.line import Line
@@ -39,7 +39,7 @@ Shifts = Mapping[tuple[int, int], float]
 """By how much a train must be moved against one ahead of it, at least; rows of both. [s]"""
 
 
-def common_ways(line: Line, leader: Service, follower: Service) -> tuple[Way, ...]:
+def common_ways(line: Line, leader: Service, follower: Service) -> tuple[SharedTrack, ...]:
     """
     Return where a train can be in the way of another.
 
@@ -54,7 +54,7 @@ def common_ways(line: Line, leader: Service, follower: Service) -> tuple[Way, ..
 
     Returns
     -------
-    tuple[Way, ...]
+    tuple[SharedTrack, ...]
         One for every run of sections that both pass on the same track. The points before it
         are kept for the leader until its tail has cleared them.
     """
@@ -64,7 +64,7 @@ def common_ways(line: Line, leader: Service, follower: Service) -> tuple[Way, ..
     lasts = [section for section in common if section + 1 not in common]
     ways = []
     for first, last in zip(firsts, lasts, strict=True):
-        way = Way()
+        way = SharedTrack()
         if first - 1 in ahead and first - 1 in behind:
             gate_m, entered_m, throw_s = _points_at_end(line, first - 1)
             way = way._replace(gate_m=gate_m, entered_m=entered_m, throws_s=(throw_s, 0.0))
@@ -133,7 +133,7 @@ class _Needs(NamedTuple):
 
     time_s: FloatArray
     """Moments, even ones. [s], shape (n_times,)"""
-    limit_m: FloatArray
+    eoa_m: FloatArray
     """The greatest limit that it has needed until then. [m], shape (n_times,)"""
 
 
@@ -146,10 +146,10 @@ def _needs(world: World, foresight: Foresight, journey: Journey) -> list[_Needs]
         # Two moments at least, also for a train that does not stay at its origin.
         samples = max(int(np.ceil((end_s - begin_s) / ROUGH.sample_s)), 1) + 1
         time_s = begin_s + ROUGH.sample_s * np.arange(samples)
-        limit_m = journey.at(time_s)[0]
+        eoa_m = journey.at(time_s)[0]
         if call:
-            limit_m = needed_limit_m(world, foresight, journey, time_s)
-        needs.append(_Needs(time_s, np.maximum.accumulate(limit_m)))
+            eoa_m = needed_eoa_m(world, foresight, journey, time_s)
+        needs.append(_Needs(time_s, np.maximum.accumulate(eoa_m)))
     return needs
 
 
@@ -157,8 +157,8 @@ def _bound_s(given: Given, needs: _Needs) -> float:
     """Return what the headway on a leg does not exceed, at little cost."""
     leader = given.leader
     clock_s = np.arange(leader.time_s[0], leader.leaves_s + LOOK_S, LOOK_S)
-    limit_m = np.min([given.limit_m(way, clock_s) for way in given.ways], axis=0)
-    given_at = np.searchsorted(limit_m, needs.limit_m - EXACT_M)
+    eoa_m = np.min([given.eoa_m(way, clock_s) for way in given.ways], axis=0)
+    given_at = np.searchsorted(eoa_m, needs.eoa_m - EXACT_M)
     since_s = np.where(given_at > 0, clock_s[np.minimum(given_at, clock_s.size - 1)], -np.inf)
     latest_s = float((since_s[1:] - needs.time_s[:-1]).max())
     return latest_s + given.foresight.release_delay_s

@@ -1,19 +1,25 @@
-"""Faults drawn at random for a campaign: the same number is the same fault."""
+"""Failures drawn at random for a campaign: the same number is the same failure."""
 
 import numpy as np
 
-from kankaku.railway.failures.unit_failures import CENTRE, VARIANTS, Fault, FaultKind, Variant
+from kankaku.railway.failures.unit_failures import (
+    CENTRE,
+    VARIANTS,
+    FailureMode,
+    UnitFailure,
+    Variant,
+)
 from kankaku.railway.plan.world import World
 from kankaku.railway.randomness import stream
 
-DURATION_S: dict[FaultKind, tuple[float, float]] = {
-    FaultKind.POSITION: (1.0, 10.0),
-    FaultKind.STATE: (10.0, 120.0),
-    FaultKind.CLOCK: (10.0, 90.0),
-    FaultKind.SILENCE: (1.0, 60.0),
-    FaultKind.MAP: (2.0, 60.0),
-    FaultKind.CENTRE_CLOCK: (2.0, 60.0),
-    FaultKind.CENTRE_SILENCE: (1.0, 30.0),
+DURATION_S: dict[FailureMode, tuple[float, float]] = {
+    FailureMode.POSITION: (1.0, 10.0),
+    FailureMode.STATE: (10.0, 120.0),
+    FailureMode.CLOCK: (10.0, 90.0),
+    FailureMode.SILENCE: (1.0, 60.0),
+    FailureMode.MAP: (2.0, 60.0),
+    FailureMode.CENTRE_CLOCK: (2.0, 60.0),
+    FailureMode.CENTRE_SILENCE: (1.0, 30.0),
 }
 """Shortest and longest. [s]"""
 WHEEL_S = (20.0, 120.0)
@@ -35,16 +41,16 @@ EITHER_WAY = frozenset({Variant.WHEEL, Variant.JUMP, Variant.DRIFT, Variant.CENT
 OF_EQUIPMENT = frozenset({Variant.STATE, Variant.EQUIPMENT})
 
 
-def draw_fault(world: World, seed: int, number: int) -> Fault:
+def draw_failure(world: World, seed: int, number: int) -> UnitFailure:
     """
-    Return the fault of a run.
+    Return the failure of a run.
 
     Every kind comes as often as any other, and so does every variant of a kind.
 
     Parameters
     ----------
     world
-        Line and timetable; a train has its fault while it is booked to be on its way.
+        Line and timetable; a train has its failure while it is booked to be on its way.
     seed
         Seed of the campaign.
     number
@@ -52,8 +58,8 @@ def draw_fault(world: World, seed: int, number: int) -> Fault:
 
     Returns
     -------
-    Fault
-        One fault of one unit.
+    UnitFailure
+        One failure of one unit.
     """
     random = stream(seed, "fault", number)
     equipped = bool(world.line.turnouts or world.line.crossings)
@@ -74,7 +80,7 @@ def draw_fault(world: World, seed: int, number: int) -> Fault:
         size = float(least * (most / least) ** random.random())
         if variant in EITHER_WAY and random.random() < 0.5:
             size = -size
-    return Fault(variant, unit, onset_s, onset_s + duration_s, size)
+    return UnitFailure(variant, unit, onset_s, onset_s + duration_s, size)
 
 
 def _unit(

@@ -1,5 +1,5 @@
 """
-Faults of a control map: what trains, equipment and the centre do wrong (Sugiyama 2018, table 3).
+Failures of a control map: what trains, equipment and the centre do wrong (Sugiyama 2018, table 3).
 
 What units measure is nature's, as the radio is: protections see :class:`UnitState` and have to
 find out for themselves what of it is wrong.
@@ -8,18 +8,18 @@ find out for themselves what of it is wrong.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import NamedTuple
 
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
 from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.radio_spec import Outage, RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import Outage, RadioSpec
+from kankaku.railway.step.state import UnitState
 
 
-class FaultKind(Enum):
+class FailureMode(Enum):
     """Failure modes of the source's FMEA."""
 
     POSITION = "unit: wrong position"
@@ -32,7 +32,7 @@ class FaultKind(Enum):
 
 
 class Variant(Enum):
-    """What exactly goes wrong, and what the size of the fault then is."""
+    """What exactly goes wrong, and what the size of the failure then is."""
 
     SLIDE = "slide"
     """A train's wheels turn too slowly by up to so much. [m/s]"""
@@ -68,21 +68,21 @@ class Variant(Enum):
     """It sends nothing; no size."""
 
 
-VARIANTS: dict[FaultKind, tuple[Variant, ...]] = {
-    FaultKind.POSITION: (Variant.SLIDE, Variant.SLIP, Variant.WHEEL),
-    FaultKind.STATE: (Variant.STATE,),
-    FaultKind.CLOCK: (Variant.JUMP, Variant.DRIFT),
-    FaultKind.SILENCE: (Variant.UP, Variant.DOWN, Variant.BOTH, Variant.EQUIPMENT),
-    FaultKind.MAP: (Variant.BAND, Variant.LEFT_OUT, Variant.RUN, Variant.IGNORED),
-    FaultKind.CENTRE_CLOCK: (Variant.CENTRE_JUMP,),
-    FaultKind.CENTRE_SILENCE: (Variant.CENTRE_SILENT,),
+VARIANTS: dict[FailureMode, tuple[Variant, ...]] = {
+    FailureMode.POSITION: (Variant.SLIDE, Variant.SLIP, Variant.WHEEL),
+    FailureMode.STATE: (Variant.STATE,),
+    FailureMode.CLOCK: (Variant.JUMP, Variant.DRIFT),
+    FailureMode.SILENCE: (Variant.UP, Variant.DOWN, Variant.BOTH, Variant.EQUIPMENT),
+    FailureMode.MAP: (Variant.BAND, Variant.LEFT_OUT, Variant.RUN, Variant.IGNORED),
+    FailureMode.CENTRE_CLOCK: (Variant.CENTRE_JUMP,),
+    FailureMode.CENTRE_SILENCE: (Variant.CENTRE_SILENT,),
 }
 KIND_OF = {variant: kind for kind, variants in VARIANTS.items() for variant in variants}
 CENTRE = "centre"
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class UnitFailure:
     """One unit does one thing wrong for a time."""
 
     variant: Variant
@@ -94,7 +94,7 @@ class Fault:
     """See :class:`Variant`."""
 
     @property
-    def kind(self) -> FaultKind:
+    def kind(self) -> FailureMode:
         """The failure mode."""
         return KIND_OF[self.variant]
 
@@ -120,31 +120,16 @@ class Fault:
         return self.from_s <= time_s < self.until_s
 
 
-class UnitState(NamedTuple):
-    """What units measure; arrays of shape (n_trains,)."""
-
-    odometer_m: FloatArray
-    """Distance that each train's wheels have counted, from its origin's chainage on. [m]"""
-    wheels_mps: FloatArray
-    """Speed by the wheels. [m/s]"""
-    balise_m: FloatArray
-    """The balise that was passed last, or the origin. [m]"""
-    counted_m: FloatArray
-    """What the odometer said there. [m]"""
-    clock_error_s: FloatArray
-    """By how much the clock of each train is ahead. [s]"""
-    centre_clock_error_s: float
-    """By how much the centre's clock is ahead. [s]"""
-
-
 class Units:
-    """The units of all trains and the centre: exact, but for their faults."""
+    """The units of all trains and the centre: exact, but for their failures."""
 
-    def __init__(self, world: World, faults: Sequence[Fault]) -> None:
+    def __init__(self, world: World, unit_failures: Sequence[UnitFailure]) -> None:
         row_of = {name: row for row, name in enumerate(world.timetable.trains)}
-        self._wheels = [(row_of[f.unit], f) for f in faults if f.kind is FaultKind.POSITION]
-        self._clocks = [(row_of[f.unit], f) for f in faults if f.kind is FaultKind.CLOCK]
-        self._centre = [f for f in faults if f.variant is Variant.CENTRE_JUMP]
+        self._wheels = [
+            (row_of[f.unit], f) for f in unit_failures if f.kind is FailureMode.POSITION
+        ]
+        self._clocks = [(row_of[f.unit], f) for f in unit_failures if f.kind is FailureMode.CLOCK]
+        self._centre = [f for f in unit_failures if f.variant is Variant.CENTRE_JUMP]
         self._balises_m = np.array(sorted(world.line.balises_m))
         self._step_s = world.step_s
         self._error_m = np.zeros(world.size)
@@ -170,9 +155,9 @@ class Units:
             A snapshot.
         """
         off_mps = np.zeros_like(speed_mps)
-        for row, fault in self._wheels:
-            if fault.during(time_s):
-                off_mps[row] = _off_mps(fault, time_s, float(speed_mps[row]))
+        for row, failure in self._wheels:
+            if failure.during(time_s):
+                off_mps[row] = _off_mps(failure, time_s, float(speed_mps[row]))
         self._error_m = self._error_m + 0.5 * self._step_s * (off_mps + self._off_mps)
         self._off_mps = off_mps
         passed = np.searchsorted(self._balises_m, front_m, side="right")
@@ -183,11 +168,13 @@ class Units:
             read_m = self._balise_m + self._error_m
             self._counted_m = np.where(found, read_m, self._counted_m)
         clock_error_s = np.zeros_like(speed_mps)
-        for row, fault in self._clocks:
-            if fault.during(time_s):
-                gone = (time_s - fault.from_s) / fault.duration_s
-                clock_error_s[row] = fault.size * (gone if fault.variant is Variant.DRIFT else 1.0)
-        centre_s = sum(fault.size for fault in self._centre if fault.during(time_s))
+        for row, failure in self._clocks:
+            if failure.during(time_s):
+                gone = (time_s - failure.from_s) / failure.duration_s
+                clock_error_s[row] = failure.size * (
+                    gone if failure.variant is Variant.DRIFT else 1.0
+                )
+        centre_s = sum(failure.size for failure in self._centre if failure.during(time_s))
         return UnitState(
             front_m + self._error_m,
             speed_mps + off_mps,
@@ -198,20 +185,20 @@ class Units:
         )
 
 
-def _off_mps(fault: Fault, time_s: float, speed_mps: float) -> float:
+def _off_mps(failure: UnitFailure, time_s: float, speed_mps: float) -> float:
     """Return by how much wheels turn too fast; those of a standing train do not turn. [m/s]"""
     if speed_mps == 0.0:
         return 0.0
-    if fault.variant is Variant.WHEEL:
-        return fault.size * speed_mps
+    if failure.variant is Variant.WHEEL:
+        return failure.size * speed_mps
     # It grows for half of its time.
-    grown = min(2.0 * (time_s - fault.from_s) / fault.duration_s, 1.0)
-    if fault.variant is Variant.SLIP:
-        return fault.size * grown
-    return -min(fault.size * grown, speed_mps)
+    grown = min(2.0 * (time_s - failure.from_s) / failure.duration_s, 1.0)
+    if failure.variant is Variant.SLIP:
+        return failure.size * grown
+    return -min(failure.size * grown, speed_mps)
 
 
-def silenced(radio: RadioSpec, faults: Sequence[Fault]) -> RadioSpec:
+def silenced(radio: RadioSpec, unit_failures: Sequence[UnitFailure]) -> RadioSpec:
     """
     Return a radio that loses what silent units do not say, and deaf ones do not hear.
 
@@ -219,8 +206,8 @@ def silenced(radio: RadioSpec, faults: Sequence[Fault]) -> RadioSpec:
     ----------
     radio
         The radio.
-    faults
-        Any faults.
+    unit_failures
+        Any failures.
 
     Returns
     -------
@@ -229,21 +216,23 @@ def silenced(radio: RadioSpec, faults: Sequence[Fault]) -> RadioSpec:
     """
     outages = tuple(
         Outage(
-            () if fault.variant is Variant.CENTRE_SILENT else (fault.unit,),
-            up=fault.variant in {Variant.UP, Variant.BOTH},
-            down=fault.variant in {Variant.DOWN, Variant.BOTH, Variant.CENTRE_SILENT},
-            from_s=fault.from_s,
-            until_s=fault.until_s,
+            () if failure.variant is Variant.CENTRE_SILENT else (failure.unit,),
+            up=failure.variant in {Variant.UP, Variant.BOTH},
+            down=failure.variant in {Variant.DOWN, Variant.BOTH, Variant.CENTRE_SILENT},
+            from_s=failure.from_s,
+            until_s=failure.until_s,
         )
-        for fault in faults
-        if fault.variant in {Variant.UP, Variant.DOWN, Variant.BOTH, Variant.CENTRE_SILENT}
+        for failure in unit_failures
+        if failure.variant in {Variant.UP, Variant.DOWN, Variant.BOTH, Variant.CENTRE_SILENT}
     )
     return replace(radio, outages=radio.outages + outages) if outages else radio
 
 
-def disturbed(disruptions: Disruptions, line: Line, faults: Sequence[Fault]) -> Disruptions:
+def disturbed(
+    disruptions: Disruptions, line: Line, unit_failures: Sequence[UnitFailure]
+) -> Disruptions:
     """
-    Return disruptions with the obstructions that faulty equipment sets.
+    Return disruptions with the obstructions that failed equipment sets.
 
     Points and level crossings are fail-safe: when they cannot tell their state, or say nothing,
     they count as obstructed at once.
@@ -254,8 +243,8 @@ def disturbed(disruptions: Disruptions, line: Line, faults: Sequence[Fault]) -> 
         What goes wrong anyhow.
     line
         The line.
-    faults
-        Any faults.
+    unit_failures
+        Any failures.
 
     Returns
     -------
@@ -266,15 +255,15 @@ def disturbed(disruptions: Disruptions, line: Line, faults: Sequence[Fault]) -> 
     places_m |= {item.id: (item.start_m, item.end_m) for item in line.crossings}
     closures = tuple(
         Closure(
-            f"{fault.unit}: {fault.variant.value}",
-            Cause.FAULT,
-            line.tracks_between(*places_m[fault.unit]),
-            *places_m[fault.unit],
-            fault.from_s,
+            f"{failure.unit}: {failure.variant.value}",
+            Cause.FAILURE,
+            line.tracks_between(*places_m[failure.unit]),
+            *places_m[failure.unit],
+            failure.from_s,
             np.inf,
-            fault.until_s,
+            failure.until_s,
         )
-        for fault in faults
-        if fault.variant in {Variant.STATE, Variant.EQUIPMENT}
+        for failure in unit_failures
+        if failure.variant in {Variant.STATE, Variant.EQUIPMENT}
     )
     return replace(disruptions, closures=disruptions.closures + closures)

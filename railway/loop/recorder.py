@@ -2,7 +2,6 @@
 
 import operator
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -12,50 +11,9 @@ from kankaku.railway.step.control import Command, Controller
 from kankaku.railway.step.reasons import Reasons
 from kankaku.railway.step.records import Trajectory
 from kankaku.railway.step.state import Advice, Authority, LineState, Reason
+from kankaku.railway.step.step_block import BLOCK_STEPS, Examiner, StepBlock
 
-BLOCK_STEPS = 300
 DWELLING = int(Reason.DWELLING)
-
-
-class StepBlock(NamedTuple):
-    """
-    Consecutive steps of the trains that were on the line in any of them.
-
-    Arrays have shape (n_steps + 1, n_columns): the last row is the first of the next block,
-    so that every step has its state before and after.
-    """
-
-    rows: IntArray
-    """Train of each column. shape (n_columns,)"""
-    time_s: FloatArray
-    """Shape (n_steps + 1,). [s]"""
-    front_m: FloatArray
-    speed_mps: FloatArray
-    limit_m: FloatArray
-    """End of authority. [m]"""
-    delay_s: FloatArray
-    """By how much running the front counts as further ahead of it. [s]"""
-    next_call: IntArray
-    surprised: BoolArray
-    """A sudden obstruction may have come too near. shape (n_steps + 1, n_columns)"""
-    present: BoolArray
-    """The train is on the line before and after the step. shape (n_steps, n_columns)"""
-    moving: BoolArray
-    """Present and not held by a stop during the step. shape (n_steps, n_columns)"""
-    halting: BoolArray
-    """Moving, and held by a stop after the step. shape (n_steps, n_columns)"""
-    heard_s: FloatArray = np.zeros(0)
-    """When the commands were sent that the train has by radio; inf without a radio. [s]"""
-    emergency: BoolArray = np.zeros(0, dtype=np.bool_)
-    """Protection lets the train brake in emergency. shape (n_steps + 1, n_columns)"""
-
-
-class Examiner(Protocol):
-    """Whoever looks at every step."""
-
-    def add(self, block: StepBlock) -> None:
-        """Examine a block of steps."""
-        ...
 
 
 class Recorder:
@@ -73,7 +31,7 @@ class Recorder:
         self._examiners = examiners
         shape = (BLOCK_STEPS + 1, world.size)
         self._time_s = np.empty(BLOCK_STEPS + 1)
-        self._front_m, self._speed_mps, self._limit_m, self._delay_s = np.empty((4, *shape))
+        self._front_m, self._speed_mps, self._eoa_m, self._delay_s = np.empty((4, *shape))
         self._heard_s = np.empty(shape)
         self._without_radio_s = np.full(world.size, np.inf)
         self._next_call = np.empty(shape, dtype=np.intp)
@@ -118,7 +76,7 @@ class Recorder:
         self._time_s[at] = state.time_s
         self._front_m[at] = state.front_m
         self._speed_mps[at] = state.speed_mps
-        self._limit_m[at] = authority.limit_m
+        self._eoa_m[at] = authority.eoa_m
         if authority.link is not None:
             self._emergency[at] = authority.link.emergency
         surprised = state.wayside.surprised
@@ -175,7 +133,7 @@ class Recorder:
         Trajectory
             Ordered by time, then train.
         """
-        time_s, row, front_m, speed_mps, limit_m, reason, plan, cause = map(
+        time_s, row, front_m, speed_mps, eoa_m, reason, plan, cause = map(
             np.concatenate, zip(*self._samples, strict=True)
         )
         return Trajectory(
@@ -183,7 +141,7 @@ class Recorder:
             row,
             front_m,
             speed_mps,
-            limit_m,
+            eoa_m,
             reason,
             plan,
             cause,
@@ -203,7 +161,7 @@ class Recorder:
             row,
             self._front_m[at][present],
             self._speed_mps[at][present],
-            self._limit_m[at][present],
+            self._eoa_m[at][present],
             *reasoned,
         )
 
@@ -219,7 +177,7 @@ class Recorder:
             self._time_s[steps].copy(),
             self._front_m[steps, rows],
             self._speed_mps[steps, rows],
-            self._limit_m[steps, rows],
+            self._eoa_m[steps, rows],
             self._delay_s[steps, rows],
             self._next_call[steps, rows],
             self._surprised[steps, rows],
@@ -233,7 +191,7 @@ class Recorder:
             self._time_s,
             self._front_m,
             self._speed_mps,
-            self._limit_m,
+            self._eoa_m,
             self._delay_s,
             self._next_call,
             self._surprised,

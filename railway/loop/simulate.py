@@ -6,15 +6,16 @@ import numpy as np
 
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.errors import sentence_of
-from kankaku.railway.failures.unit_failures import Fault, Units, disturbed, silenced
+from kankaku.railway.failures.unit_failures import UnitFailure, Units, disturbed, silenced
 from kankaku.railway.loop.recorder import Recorder
 from kankaku.railway.loop.tracker import Tracker
 from kankaku.railway.loop.unfinished import Ending, unfinished
 from kankaku.railway.meters.energy_meter import EnergyMeter
 from kankaku.railway.meters.standstill import StandstillWatch
 from kankaku.railway.plan.disruptions import UNDISTURBED, Disruptions
+from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import LOSSLESS, Radio, RadioSpec
+from kankaku.railway.radio.data_link import Radio
 from kankaku.railway.safety.monitor import Monitor
 from kankaku.railway.step.control import Controller
 from kankaku.railway.step.engine_contract import Engine
@@ -34,7 +35,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
     patience_s: float,
     disruptions: Disruptions = UNDISTURBED,
     radio: RadioSpec = LOSSLESS,
-    faults: Sequence[Fault] | None = None,
+    unit_failures: Sequence[UnitFailure] | None = None,
     progress: Callable[[float], None] = lambda _: None,
 ) -> RunRecord:
     """
@@ -58,7 +59,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
         What goes wrong beside the track.
     radio
         What a controller's commands go by if they go by radio.
-    faults
+    unit_failures
         What units and the centre do wrong. Only where there are any, even none, does a protection
         see what units measure; otherwise it sees what is.
     progress
@@ -77,9 +78,12 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
     """
     protection, operation, drive = controller.protection, controller.operation, controller.drive
     units = None
-    if faults is not None:
-        radio, disruptions = silenced(radio, faults), disturbed(disruptions, world.line, faults)
-        units = Units(world, faults)
+    if unit_failures is not None:
+        radio, disruptions = (
+            silenced(radio, unit_failures),
+            disturbed(disruptions, world.line, unit_failures),
+        )
+        units = Units(world, unit_failures)
     wayside = Wayside(world, disruptions, seed)
     on_air = Radio(world, radio, seed) if controller.by_radio else None
     tracker = Tracker(world, wayside, on_air, units)
@@ -90,7 +94,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
             wayside.obstructions,
             by_radio=controller.by_radio,
             # What is promised holds as long as units do what they should; safety holds always.
-            promises=controller.promises if faults is None else None,
+            promises=controller.promises if unit_failures is None else None,
         ),
         EnergyMeter(world),
         StandstillWatch(world),
@@ -112,7 +116,7 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
             authority, permitted = protection.authorise(state, permitted)
             if wayside.unsettled:
                 link = authority.link
-                wayside.settle(state, link.covered_m if link else authority.limit_m)
+                wayside.settle(state, link.covered_m if link else authority.eoa_m)
             advice, planned = operation.advise(state, authority, planned)
             command = drive.command(state, authority, advice)
             recorder.write(state, authority, advice, command)

@@ -33,7 +33,7 @@ class Tracker:
         self._next_clear_m = self._leaders.next_clear_m.copy()
         self._leader = self._leaders.leader.copy()
         self._follows = self._leaders.follows.copy()
-        self._granted_m = self._leaders.granted_m.copy()
+        self._granted_m = self._leaders.granted_to_m.copy()
         self._granted_by = self._leaders.granted_by.copy()
         self._present = np.zeros(size, dtype=np.bool_)
         self._running = np.zeros(size, dtype=np.bool_)
@@ -86,11 +86,11 @@ class Tracker:
         signalled = self._wayside.update(seen.time_s, trains, self._present, events)
         if events or signalled:
             events = events._replace(signalled=signalled)
-            known, granted_m = self._wayside.state, self._leaders.granted_m
-            self._granted_m = np.minimum(granted_m, known.obstructed_m)
+            known, granted_to_m = self._wayside.state, self._leaders.granted_to_m
+            self._granted_m = np.minimum(granted_to_m, known.obstructed_m)
             obstructed_by = beside(known.obstructed_by)
             self._granted_by = np.where(
-                known.obstructed_m < granted_m, obstructed_by, self._leaders.granted_by
+                known.obstructed_m < granted_to_m, obstructed_by, self._leaders.granted_by
             )
             clear_to_m = self._leaders.tails_and_clearance_m(seen.front_m, self._granted_m)[1]
         return LineState(

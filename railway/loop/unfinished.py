@@ -79,7 +79,7 @@ def _standing(world: World, ending: Ending, row: int, place: str) -> Unfinished:
         permil = 1000.0 * float(gradients(world.line, kind, front)[0])
         why = f"{permil:.3g} permil against {force_n / 1000.0:.4g} kN starting force"
         return Unfinished(row, "stalled", "", front_m, f"{train} stalled {place}: {why}")
-    if ending.authority.limit_m[row] - front_m < HELD_M:
+    if ending.authority.eoa_m[row] - front_m < HELD_M:
         cause, name = _ahead(world, ending, row)
         if cause:
             joined = "behind" if cause == "train_ahead" else "held by"

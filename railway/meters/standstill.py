@@ -3,9 +3,9 @@
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.loop.recorder import StepBlock
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.records import Standstills
+from kankaku.railway.step.step_block import StepBlock
 
 STANDING_MPS = 0.05
 CRAWLING_MPS = 10.0 / 3.6

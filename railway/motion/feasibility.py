@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray
-from kankaku.railway.motion.path import Driving, Way, trace, way_on
 from kankaku.railway.motion.run_curve import fastest
+from kankaku.railway.motion.way import Driving, Way, trace, way_on
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.profile import Profile, build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
@@ -95,14 +95,14 @@ class Hurry(NamedTuple):
         return f"{self.leg.train_type} {self.leg}: {booked}"
 
 
-class Assessment(NamedTuple):
+class Feasibility(NamedTuple):
     """What is found out about the trains of a timetable."""
 
     shortfalls: tuple[Shortfall, ...]
     hurries: tuple[Hurry, ...]
 
 
-def assess(line: Line, train_types: Mapping[str, TrainType], timetable: Timetable) -> Assessment:
+def assess(line: Line, train_types: Mapping[str, TrainType], timetable: Timetable) -> Feasibility:
     """
     Find out what trains are too weak for, and what is booked too fast.
 
@@ -120,7 +120,7 @@ def assess(line: Line, train_types: Mapping[str, TrainType], timetable: Timetabl
 
     Returns
     -------
-    Assessment
+    Feasibility
         At most one shortfall of starting and of each brake by train type, the worst.
     """
     bookings = _bookings(line, timetable)
@@ -137,7 +137,7 @@ def assess(line: Line, train_types: Mapping[str, TrainType], timetable: Timetabl
         shortfalls += weak
         if not weak:
             hurries += _hurries(alone, {leg: bookings[leg] for leg in legs})
-    return Assessment(tuple(shortfalls), tuple(hurries))
+    return Feasibility(tuple(shortfalls), tuple(hurries))
 
 
 def gradients(line: Line, train_type: TrainType, fronts_m: FloatArray) -> FloatArray:

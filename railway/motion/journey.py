@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.motion.path import way_on
 from kankaku.railway.motion.run_curve import RunCurve, fastest
+from kankaku.railway.motion.way import way_on
 from kankaku.railway.plan.profile import Profile
 from kankaku.railway.plan.world import World
 

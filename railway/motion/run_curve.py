@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.motion.climbing import climbing_floor
-from kankaku.railway.motion.path import Driving, Trace, Way, trace, way_on
+from kankaku.railway.motion.way import Driving, Trace, Way, trace, way_on
 from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.profile import NO_BUFFERS, build_profile

@@ -1,5 +1,5 @@
 """
-What stands in the way beside trains: points, level crossings, work zones, faulty equipment.
+What stands in the way beside trains: points, level crossings, work zones, failed equipment.
 
 All of them are the same kind of thing, an *obstruction*: a stretch of track that a train may
 not enter until it is proven to be out of the way (Sugiyama 2018, section 2.2.3).
@@ -7,11 +7,6 @@ not enter until it is proven to be out of the way (Sugiyama 2018, section 2.2.3)
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
-
-import numpy as np
-
-from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 
 
 class Cause(Enum):
@@ -20,20 +15,20 @@ class Cause(Enum):
     POINTS = "points"
     OBSTACLE = "obstacle"
     WORK = "work"
-    FAULT = "fault"
+    FAILURE = "fault"
 
 
-SUDDEN = frozenset({Cause.OBSTACLE, Cause.FAULT})
+SUDDEN = frozenset({Cause.OBSTACLE, Cause.FAILURE})
 """What comes unannounced, however near a train is. The others wait for the trains."""
 
 
 @dataclass(frozen=True, slots=True)
 class Closure:
     """
-    A stretch of track that is closed for a time: a work zone or faulty equipment.
+    A stretch of track that is closed for a time: a work zone or failed equipment.
 
     A work zone is announced and waits for the trains that could not stop short of it any more;
-    a fault is there at once, and nobody knows when it will be repaired.
+    a failure is there at once, and nobody knows when it will be repaired.
     """
 
     id: str
@@ -84,92 +79,3 @@ class Disruptions:
 
 
 UNDISTURBED = Disruptions()
-
-
-class Obstruction(NamedTuple):
-    """What was in the way, and when; nan for what never came."""
-
-    id: str
-    cause: Cause
-    tracks: tuple[str, ...]
-    start_m: float
-    end_m: float
-    requested_s: float
-    """From now on no train is let in that can stop short of it. [s]"""
-    established_s: float
-    """From now on no train may enter it. [s]"""
-    lifted_s: float
-    """From now on trains may enter it. [s]"""
-
-
-class WaysideState(NamedTuple):
-    """
-    Obstructions as signalling knows them; the arrays change with events only.
-
-    Every turnout, level crossing and closure has one column for a whole run: turnouts first,
-    then crossings, then closures, each in the order in which line and disruptions name them.
-    A column is in force for a train that it concerns once ``from_s`` is not in the future.
-    """
-
-    start_m: FloatArray
-    """Where trains have to stop short of it. [m], shape (n_obstructions,)"""
-    end_m: FloatArray
-    """Where the tail has passed it. [m], shape (n_obstructions,)"""
-    from_s: FloatArray
-    """When it begins, if announced; -inf once it is in force. [s], shape (n_obstructions,)"""
-    until_s: FloatArray
-    """
-    When it is expected to end. [s], shape (n_obstructions,)
-
-    Of points, when the throw under way will be proven for the next train through them and those
-    that follow it the same way; of a level crossing, when it will be closed for the trains that
-    have struck in. Infinite where nobody knows, or while it is only a train that is waited for:
-    one that has not cleared the points, or not struck in.
-    """
-    concerns: BoolArray
-    """
-    Trains that may not enter it while it lasts. shape (n_trains, n_obstructions)
-
-    What is announced only concerns the trains that have not come to it yet. Once a work zone is
-    in force it no longer concerns the trains that are let through, nor any that has passed.
-    """
-    obstructed_m: FloatArray
-    """Start of the first one in force that concerns each train, or far ahead. [m], (n_trains,)"""
-    obstructed_by: IntArray
-    """Its column; -1 where there is none. shape (n_trains,)"""
-    surprised: BoolArray
-    """
-    Trains that a sudden obstruction may have come too near to. shape (n_trains,)
-
-    Until they stand or have passed it, and ten seconds more: what they were told by radio may
-    outlast it.
-    """
-
-
-def unobstructed(size: int, far_m: float) -> WaysideState:
-    """
-    Return a line without anything in the way.
-
-    Parameters
-    ----------
-    size
-        Number of trains. [-]
-    far_m
-        Chainage that stands for "nothing ahead". [m]
-
-    Returns
-    -------
-    WaysideState
-        Without columns.
-    """
-    nothing = np.zeros(0)
-    return WaysideState(
-        nothing,
-        nothing,
-        nothing,
-        nothing,
-        np.zeros((size, 0), dtype=np.bool_),
-        np.full(size, far_m),
-        np.full(size, -1, dtype=np.intp),
-        np.zeros(size, dtype=np.bool_),
-    )

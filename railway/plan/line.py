@@ -110,7 +110,7 @@ class Gradient:
 
 
 @dataclass(frozen=True, slots=True)
-class Curve:
+class TrackCurve:
     """A stretch of constant curve radius."""
 
     start_m: float
@@ -144,7 +144,7 @@ class Line:
     turnouts: tuple[Turnout, ...]
     limits: tuple[SpeedLimit, ...]
     gradients: tuple[Gradient, ...]
-    curves: tuple[Curve, ...]
+    curves: tuple[TrackCurve, ...]
     balises_m: tuple[float, ...]
     blocks: tuple[Block, ...]
     """Either none, or from end to end of every track, rising by chainage."""

@@ -7,9 +7,9 @@ from typing import TypeAlias
 from kankaku.railway.plan.disruptions import UNDISTURBED, Disruptions
 from kankaku.railway.plan.dwell import DwellDelays, Overstay
 from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.timetable import Timetable
-from kankaku.railway.radio.data_link import LOSSLESS, RadioSpec
 
 Option: TypeAlias = float | bool | tuple[float, ...]
 """A number, a switch, or a table of numbers."""

@@ -186,7 +186,7 @@ def ways_of(world: World) -> Ways:
 
 @compiled
 def free_to_m(
-    front_m: FloatArray, tail_m: FloatArray, gone: BoolArray, granted_m: FloatArray, ways: Ways
+    front_m: FloatArray, tail_m: FloatArray, gone: BoolArray, granted_to_m: FloatArray, ways: Ways
 ) -> FloatArray:
     """
     Return how far each train's way is free, as far as a centre knows.
@@ -198,7 +198,7 @@ def free_to_m(
         never reported counts as at its origin. [m], shape (n_trains,)
     gone
         Trains that have left the line. shape (n_trains,)
-    granted_m
+    granted_to_m
         Where the first thing begins that is not granted to the train. [m], shape (n_trains,)
     ways
         Where they go one after the other, in the order of the timetable.
@@ -208,7 +208,7 @@ def free_to_m(
     FloatArray
         [m], shape (n_trains,)
     """
-    free_m = granted_m.copy()
+    free_m = granted_to_m.copy()
     for train in range(front_m.size):
         for ahead in range(train):
             if gone[ahead]:

@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
-from kankaku.railway.loop.recorder import StepBlock
 from kankaku.railway.plan.line import Block
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.promises import Promises
+from kankaku.railway.step.step_block import StepBlock
 
 HANDLING_MPS2 = 0.02
 """Brake forces are known this well, beside the gradient within a metre. [m/s2]"""
@@ -99,7 +99,7 @@ class Handling:
     def _in_need(self, block: StepBlock) -> BoolArray:
         """Return who could not keep its authority by the service brake alone."""
         ahead_m = block.front_m[:-1] + block.speed_mps[:-1] * block.delay_s[:-1]
-        over_m = self._overrun_m(ahead_m, block.speed_mps[:-1], block.limit_m[:-1], block.rows)
+        over_m = self._overrun_m(ahead_m, block.speed_mps[:-1], block.eoa_m[:-1], block.rows)
         needs: BoolArray = ~(over_m < -NEED_M)
         return needs
 
@@ -113,6 +113,6 @@ class Handling:
         if enters.any():
             speed_mps = block.speed_mps[1:]
             ahead_m = block.front_m[1:] + self._promises.idle_time_s * speed_mps
-            all_m = self._overrun_m(ahead_m, speed_mps, block.limit_m[1:], block.rows)
+            all_m = self._overrun_m(ahead_m, speed_mps, block.eoa_m[1:], block.rows)
             over_m[enters] = all_m[enters]
         return over_m

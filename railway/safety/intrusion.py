@@ -10,9 +10,10 @@ from collections.abc import Callable
 import numpy as np
 
 from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
-from kankaku.railway.loop.recorder import StepBlock
-from kankaku.railway.plan.disruptions import SUDDEN, Obstruction
+from kankaku.railway.plan.disruptions import SUDDEN
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.obstructions import Obstruction
+from kankaku.railway.step.step_block import StepBlock
 
 BRAKE_TOLERANCE_MPS2 = 0.05
 RADIO_REACTION_S = 6.0

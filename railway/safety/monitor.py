@@ -10,8 +10,6 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
-from kankaku.railway.loop.recorder import StepBlock
-from kankaku.railway.plan.disruptions import Obstruction
 from kankaku.railway.plan.line import Turnout
 from kankaku.railway.plan.world import World
 from kankaku.railway.safety.handling import Handling
@@ -26,8 +24,10 @@ from kankaku.railway.safety.positions import (
 )
 from kankaku.railway.safety.proofs import Proofs
 from kankaku.railway.step.control import Separation, exclusive_pieces
+from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.promises import NO_BUFFERS, Promises
 from kankaku.railway.step.records import Violation
+from kankaku.railway.step.step_block import StepBlock
 
 POSITION_TOLERANCE_M = 0.05
 """Beside b dt^2 / 8, by which a train that stops within a step may pass its aim. [m]"""
@@ -140,14 +140,14 @@ class Monitor:
     def _bounds_passed(self, block: StepBlock) -> Iterator[tuple[str, FloatArray, float]]:
         """Yield by how much each bound is passed, and how much is only discretisation."""
         front_m, speed_mps = block.front_m[1:], block.speed_mps[1:]
-        limit_m, rows = block.limit_m[:-1], block.rows
+        eoa_m, rows = block.eoa_m[:-1], block.rows
         strongest = float(self._service_mps2.max())
         near_m = POSITION_TOLERANCE_M + strongest * self._world.step_s**2 / 8.0
         ahead_m = front_m + speed_mps * block.delay_s[:-1]
         # Nothing holds a train that a sudden obstruction comes too near to but this very thing,
         # and nobody who stands overruns anything.
         excused = block.surprised[:-1] | ((speed_mps == 0.0) & (block.speed_mps[:-1] == 0.0))
-        overrun_m = self._overrun_m(ahead_m, speed_mps, limit_m, rows)
+        overrun_m = self._overrun_m(ahead_m, speed_mps, eoa_m, rows)
         if self._buffers.delay_s > 0.0:
             overrun_m -= self._ahead_of_slope_m(front_m, ahead_m, rows)
         yield "authority", np.where(excused, -np.inf, overrun_m), near_m
@@ -155,7 +155,7 @@ class Monitor:
         nearest_m = self._nearest_m(block, rear_m)
         next_rear_m = nearest_m[1:]
         if self._separation is not Separation.BRAKING:
-            beyond_m = limit_m - np.maximum(next_rear_m, block.front_m[:-1])
+            beyond_m = eoa_m - np.maximum(next_rear_m, block.front_m[:-1])
             yield "band", beyond_m, POSITION_TOLERANCE_M
         yield "spacing", self._overrun_m(front_m, speed_mps, next_rear_m, rows), near_m
         if self._exclusive:
@@ -189,14 +189,14 @@ class Monitor:
         return inside_m
 
     def _overrun_m(
-        self, front_m: FloatArray, speed_mps: FloatArray, limit_m: FloatArray, rows: IntArray
+        self, front_m: FloatArray, speed_mps: FloatArray, eoa_m: FloatArray, rows: IntArray
     ) -> FloatArray:
         brake = self._service_mps2[rows]
         length_m = self._world.length_m[rows]
-        lift_m = mean_height_m(limit_m, length_m, *self._heights) - mean_height_m(
+        lift_m = mean_height_m(eoa_m, length_m, *self._heights) - mean_height_m(
             front_m, length_m, *self._heights
         )
-        available = brake * (limit_m - front_m) + self._gravity_mps2[rows] * lift_m
+        available = brake * (eoa_m - front_m) + self._gravity_mps2[rows] * lift_m
         overrun: FloatArray = (0.5 * np.square(speed_mps) - available) / brake
         return overrun
 

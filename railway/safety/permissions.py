@@ -10,13 +10,14 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.loop.recorder import StepBlock
-from kankaku.railway.plan.disruptions import SUDDEN, Cause, Obstruction
+from kankaku.railway.plan.disruptions import SUDDEN, Cause
 from kankaku.railway.plan.world import World
 from kankaku.railway.safety.positions import lower_to_platforms, nearest_unreleased, reach_m
 from kankaku.railway.safety.proofs import ENTERED_M, Proofs
 from kankaku.railway.step.control import Separation, exclusive_pieces
+from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.promises import Promises
+from kankaku.railway.step.step_block import StepBlock
 
 PERMITTED_M = 0.05
 """Brake curves from tables come this near to exact ones. [m]"""
@@ -83,15 +84,15 @@ class Permissions:
             What is yielded of a step is judged at its start.
         """
         margin_m, buffers = self._promises.margin_m, self._promises.buffers
-        limit_m, front_m = block.limit_m[:-1], block.front_m[:-1]
-        reached_m = limit_m
+        eoa_m, front_m = block.eoa_m[:-1], block.front_m[:-1]
+        reached_m = eoa_m
         if not buffers.none:
             reached_m = reach_m(
-                limit_m, front_m, buffers.balise_m, buffers.error_ratio, buffers.resolution_m
+                eoa_m, front_m, buffers.balise_m, buffers.error_ratio, buffers.resolution_m
             )
         reached_m = reached_m + margin_m
         # A train that stands where it may not go any further is permitted nothing.
-        reached_m[limit_m <= front_m] = -np.inf
+        reached_m[eoa_m <= front_m] = -np.inf
         behind_m = np.where(nearest_m[:-1] >= self._world.far_m, np.inf, nearest_m[:-1])
         yield "margin", reached_m - behind_m, PERMITTED_M
         yield "grant", reached_m - self._granted_m(block, proofs), PERMITTED_M
@@ -146,7 +147,7 @@ class Permissions:
 
     def _granted_m(self, block: StepBlock, proofs: Proofs) -> FloatArray:
         """Return where the first place begins that is not proven to be free for each train."""
-        granted_m = np.full(block.present.shape, np.inf)
+        granted_to_m = np.full(block.present.shape, np.inf)
         time_s, front_m = block.time_s[:-1], block.front_m[:-1]
         column_of = {row: column for column, row in enumerate(block.rows.tolist())}
         for row, place_m, until_s in proofs.unproven(block):
@@ -154,7 +155,7 @@ class Permissions:
             waits = time_s < until_s - ROUNDING_S
             waits &= front_m[:, column] <= place_m + ENTERED_M
             held_m = self._held_m(place_m, self._routes[row])
-            granted_m[waits, column] = np.minimum(granted_m[waits, column], held_m)
+            granted_to_m[waits, column] = np.minimum(granted_to_m[waits, column], held_m)
         for record in self._obstructions():
             lifted_s = np.inf if np.isnan(record.lifted_s) else record.lifted_s
             in_force = (record.established_s <= time_s) & (time_s < lifted_s - ROUNDING_S)
@@ -170,8 +171,8 @@ class Permissions:
             late_m = self._promises.margin_m if self._by_radio else 0.0
             place_m = record.start_m + (late_m if record.cause is Cause.WORK else 0.0)
             holds_m = [self._held_m(place_m, self._routes[row]) for row in block.rows.tolist()]
-            granted_m = np.where(concerned, np.minimum(granted_m, holds_m), granted_m)
-        return granted_m
+            granted_to_m = np.where(concerned, np.minimum(granted_to_m, holds_m), granted_to_m)
+        return granted_to_m
 
     def _unreleased_m(self, block: StepBlock) -> FloatArray:
         nearest_m = np.full(block.present.shape, np.inf)

@@ -190,19 +190,19 @@ def lower_to_platforms(
 
 @compiled
 def reach_m(
-    limit_m: FloatArray,
+    eoa_m: FloatArray,
     front_m: FloatArray,
     balise_m: FloatArray,
     error_ratio: float,
     resolution_m: float,
 ) -> FloatArray:
     """Return how far the buffers reach of fronts that stand at their end of authority."""
-    reached_m = np.empty_like(limit_m)
-    for step in range(limit_m.shape[0]):
-        for column in range(limit_m.shape[1]):
+    reached_m = np.empty_like(eoa_m)
+    for step in range(eoa_m.shape[0]):
+        for column in range(eoa_m.shape[1]):
             # Only a balise that the train has passed corrects its position.
-            known_m = min(limit_m[step, column], front_m[step, column])
+            known_m = min(eoa_m[step, column], front_m[step, column])
             last = max(np.searchsorted(balise_m, known_m, side="right") - 1, 0)
-            drift_m = error_ratio * max(limit_m[step, column] - balise_m[last], 0.0)
-            reached_m[step, column] = limit_m[step, column] + drift_m + resolution_m
+            drift_m = error_ratio * max(eoa_m[step, column] - balise_m[last], 0.0)
+            reached_m[step, column] = eoa_m[step, column] + drift_m + resolution_m
     return reached_m

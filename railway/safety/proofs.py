@@ -11,9 +11,9 @@ from itertools import pairwise
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.loop.recorder import StepBlock
 from kankaku.railway.plan.line import Crossing, Turnout
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.step_block import StepBlock
 
 ENTERED_M = 0.55
 """A front this far beyond a place has not stopped at it, a stop error off. [m]"""

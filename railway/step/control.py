@@ -94,7 +94,7 @@ class Foresight(Protocol):
         """Who is permitted less than it runs for no longer need not brake. [s]"""
         ...
 
-    def limit_behind_m(
+    def eoa_behind_m(
         self,
         row: int,
         call: int,
@@ -111,7 +111,7 @@ class Foresight(Protocol):
         """
         ...
 
-    def permitted_mps(self, row: int, front_m: FloatArray, limit_m: FloatArray) -> FloatArray:
+    def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
         Return the speed that is permitted to a front under a limit that stays.
 

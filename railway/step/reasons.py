@@ -147,7 +147,7 @@ class Reasons:
         found = _explain(
             state.running,
             command.bound,
-            (authority.limit_by, authority.ceiling_by),
+            (authority.eoa_by, authority.ceiling_by),
             (advice.reason, self._nothing if advice.cause is None else advice.cause),
             REASON_OF_BOUND,
         )
@@ -176,7 +176,7 @@ def _explain(
     advice: tuple[IntArray, IntArray],
     reason_of_bound: IntArray,
 ) -> IntArray:
-    (limit_by, ceiling_by), (advised, advised_for) = behind, advice
+    (eoa_by, ceiling_by), (advised, advised_for) = behind, advice
     found = np.full((3, running.size), NOTHING)
     for train in range(running.size):
         if not running[train]:
@@ -187,7 +187,7 @@ def _explain(
             found[0, train], found[1, train] = PLAN, advised[train]
             found[2, train] = advised_for[train]
         elif bound[train] == CEILING or bound[train] == LIMIT:
-            by = ceiling_by[train] if bound[train] == CEILING else limit_by[train]
+            by = ceiling_by[train] if bound[train] == CEILING else eoa_by[train]
             found[2, train] = by
             if by == NOTHING:
                 found[0, train] = LINE_LIMIT

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.plan.disruptions import Obstruction
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.obstructions import Obstruction
 
 
 class Column(NamedTuple):
@@ -177,7 +177,7 @@ class Trajectory(NamedTuple):
     row: IntArray
     front_m: FloatArray
     speed_mps: FloatArray
-    limit_m: FloatArray
+    eoa_m: FloatArray
     """End of authority. [m]"""
     reason: IntArray
     """A :class:`~kankaku.railway.step.state.Reason`."""

@@ -4,9 +4,7 @@ from enum import IntEnum
 from typing import NamedTuple, TypeVar
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.failures.unit_failures import UnitState
-from kankaku.railway.plan.disruptions import WaysideState
-from kankaku.railway.radio.data_link import RadioState
+from kankaku.railway.step.obstructions import WaysideState
 
 
 class Reason(IntEnum):
@@ -40,7 +38,7 @@ def beside(column: Column) -> Column:
     Parameters
     ----------
     column
-        Its column in :class:`~kankaku.railway.plan.disruptions.WaysideState`: turnouts, then level
+        Its column in :class:`~kankaku.railway.step.obstructions.WaysideState`: turnouts, then level
         crossings, then closures; -1 for none.
 
     Returns
@@ -69,6 +67,34 @@ class Events(NamedTuple):
         return any(self)
 
 
+class RadioState(NamedTuple):
+    """What has arrived by now; arrays of shape (n_trains,), -inf for never."""
+
+    reported_s: FloatArray
+    """When the last report that the centre has was made. [s]"""
+    heard_s: FloatArray
+    """When the last commands that the train has were sent. [s]"""
+    acknowledged_s: FloatArray
+    """The centre knows that the train has commands sent then or later. [s]"""
+
+
+class UnitState(NamedTuple):
+    """What units measure; arrays of shape (n_trains,)."""
+
+    odometer_m: FloatArray
+    """Distance that each train's wheels have counted, from its origin's chainage on. [m]"""
+    wheels_mps: FloatArray
+    """Speed by the wheels. [m/s]"""
+    balise_m: FloatArray
+    """The balise that was passed last, or the origin. [m]"""
+    counted_m: FloatArray
+    """What the odometer said there. [m]"""
+    clock_error_s: FloatArray
+    """By how much the clock of each train is ahead. [s]"""
+    centre_clock_error_s: float
+    """By how much the centre's clock is ahead. [s]"""
+
+
 class LineState(NamedTuple):
     """
     The line at one moment; arrays have shape (n_trains,), first train first.
@@ -91,7 +117,7 @@ class LineState(NamedTuple):
     """The leader goes or stands on this train's own way, not on another track before points."""
     clear_to_m: FloatArray
     """The way is clear up to here: leader's tail or what is not granted. [m]"""
-    granted_m: FloatArray
+    granted_to_m: FloatArray
     """Where the first points that are not granted, or the first obstruction, begin. [m]"""
     granted_by: IntArray
     """Which points or obstruction, by :func:`beside`; ``NOTHING`` where all is granted."""
@@ -109,7 +135,7 @@ class LineState(NamedTuple):
     """What units measure, where they may be wrong; None where all of them are exact."""
 
 
-class Link(NamedTuple):
+class RadioPermission(NamedTuple):
     """What trains know that take their commands by radio; arrays of shape (n_trains,)."""
 
     emergency: BoolArray
@@ -123,13 +149,13 @@ class Link(NamedTuple):
 class Authority(NamedTuple):
     """What protection permits; arrays of shape (n_trains,)."""
 
-    limit_m: FloatArray
+    eoa_m: FloatArray
     """The front must be able to stop before this with the service brake. [m]"""
     ceiling_mps: FloatArray
     """Speed not to be exceeded at the end of the step. [m/s]"""
     delay_s: FloatArray
     """The front counts as this much time of running further ahead of its limit. [s]"""
-    limit_by: IntArray
+    eoa_by: IntArray
     """
     What ends the way: row of the train ahead, a place as from :func:`beside`, or ``NOTHING``.
 
@@ -137,7 +163,7 @@ class Authority(NamedTuple):
     """
     ceiling_by: IntArray
     """What is ahead that makes the ceiling low; ``NOTHING`` where it is the line's own."""
-    link: Link | None = None
+    link: RadioPermission | None = None
     """None for a protection whose permissions reach the trains at once."""
 
 

@@ -59,7 +59,7 @@ class Sight(NamedTuple):
     danger_m: FloatArray
     """As from :meth:`Detection.danger_m`. [m], shape (n_trains,)"""
     danger_by: IntArray
-    """What is there, as :attr:`kankaku.railway.step.state.Authority.limit_by`. shape (n_trains,)"""
+    """What is there, as :attr:`kankaku.railway.step.state.Authority.eoa_by`. shape (n_trains,)"""
     until_s: float
     """Before, no train can have moved so far that anything changes, but for events. [s]"""
 
@@ -165,7 +165,7 @@ class Detection:
         front_m: FloatArray,
         tail_m: FloatArray,
         present: BoolArray,
-        granted_m: FloatArray,
+        granted_to_m: FloatArray,
         seen: Occupancy,
     ) -> FloatArray:
         """
@@ -180,7 +180,7 @@ class Detection:
             Ends of the trains. [m], shape (n_trains,)
         present
             Trains on the line. shape (n_trains,)
-        granted_m
+        granted_to_m
             Fouling points that are not granted, or far ahead. [m], shape (n_trains,)
         seen
             What the circuits show.
@@ -192,7 +192,7 @@ class Detection:
             train's own one, infinite where all are free. [m], shape (n_trains,)
         """
         danger_m = _danger_m(
-            front_m, present, granted_m, self.route, self.circuits, seen.occupied, seen.foremost
+            front_m, present, granted_to_m, self.route, self.circuits, seen.occupied, seen.foremost
         )
         if self._points.way.size:
             _lower_to_locked_points(
@@ -244,7 +244,7 @@ class Detection:
             state.speed_mps,
             state.present,
             state.running,
-            state.granted_m,
+            state.granted_to_m,
             state.granted_by,
             self.route,
             self._plain[0],
@@ -400,7 +400,7 @@ def _touch(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
 def _danger_m(  # noqa: PLR0917 - compiled functions take plain arrays
     front_m: FloatArray,
     present: BoolArray,
-    granted_m: FloatArray,
+    granted_to_m: FloatArray,
     route: IntArray,
     circuits: Tiling,
     occupied: BoolArray,
@@ -418,8 +418,8 @@ def _danger_m(  # noqa: PLR0917 - compiled functions take plain arrays
                 place += 1
         if place < last:
             danger_m[train] = circuits.start_m[place]
-        if granted_m[train] < circuits.end_m[last - 1]:
-            ungranted = place_of(circuits, route[train], granted_m[train])
+        if granted_to_m[train] < circuits.end_m[last - 1]:
+            ungranted = place_of(circuits, route[train], granted_to_m[train])
             danger_m[train] = min(danger_m[train], circuits.start_m[ungranted])
     return danger_m
 
@@ -489,7 +489,7 @@ def _danger_by(  # noqa: PLR0917 - compiled functions take plain arrays
     """Return what is in the circuit before which the way of each train ends; a train first."""
     danger_m, front_m = danger
     danger_by = np.full(front_m.size, NOTHING)
-    granted_m, granted_by = granted
+    granted_to_m, granted_by = granted
     foremost, rearmost = touched
     for train in range(front_m.size):
         if danger_m[train] == np.inf:
@@ -500,7 +500,7 @@ def _danger_by(  # noqa: PLR0917 - compiled functions take plain arrays
         ahead = foremost[circuit] if own else rearmost[circuit]
         if occupied[circuit] and ahead != train:
             danger_by[train] = ahead
-        elif granted_m[train] < circuits.end_m[place]:
+        elif granted_to_m[train] < circuits.end_m[place]:
             danger_by[train] = granted_by[train]
         else:
             for turnout in range(points.way.shape[0]):
@@ -520,7 +520,7 @@ def _look_ahead(  # noqa: PLR0913, PLR0917 - compiled functions take plain array
     speed_mps: FloatArray,
     present: BoolArray,
     running: BoolArray,
-    granted_m: FloatArray,
+    granted_to_m: FloatArray,
     granted_by: IntArray,
     route: IntArray,
     circuit_fields: tuple[IntArray, IntArray, FloatArray, FloatArray],
@@ -536,12 +536,12 @@ def _look_ahead(  # noqa: PLR0913, PLR0917 - compiled functions take plain array
     foremost = np.full(touched_s.size, -1, dtype=np.intp)
     _touch(time_s, front_m, tail_m, present, route, circuits, touched_s, foremost)
     occupied = time_s - touched_s <= release_s
-    danger_m = _danger_m(front_m, present, granted_m, route, circuits, occupied, foremost)
+    danger_m = _danger_m(front_m, present, granted_to_m, route, circuits, occupied, foremost)
     _lower_to_locked_points(danger_m, front_m, tail_m, present, route, circuits, points)
     touched_by = _touched_by(front_m, tail_m, present, route, circuits, before_by)
     danger_by = _danger_by(
         (danger_m, front_m),
-        (granted_m, granted_by),
+        (granted_to_m, granted_by),
         route,
         circuits,
         occupied,

@@ -33,7 +33,7 @@ class Leaders:
         """The section that each train's tail has not left yet."""
         self._last = len(sections)
         size = world.size
-        self.granted_m: FloatArray = np.full(size, world.far_m)
+        self.granted_to_m: FloatArray = np.full(size, world.far_m)
         self.granted_by: IntArray = np.full(size, NOTHING, dtype=np.intp)
         self.follows: BoolArray = np.zeros(size, dtype=np.bool_)
         self.leader: IntArray = np.full(size, -1, dtype=np.intp)
@@ -44,7 +44,7 @@ class Leaders:
         """Find the leader of a train, and the first points ahead that are not granted to it."""
         self.leader[row] = -1
         self.follows[row] = False
-        self.granted_m[row] = self._world.far_m
+        self.granted_to_m[row] = self._world.far_m
         self.granted_by[row] = NOTHING
         before = -1
         for section in range(self._first[row], self._last):
@@ -57,7 +57,7 @@ class Leaders:
                 self.leader[row] = before = ahead
                 self.follows[row] = granted
             if not granted:
-                self.granted_m[row] = self._fouling_m[section - 1]
+                self.granted_to_m[row] = self._fouling_m[section - 1]
                 self.granted_by[row] = beside(self._turnout[section - 1])
                 return
 
@@ -100,7 +100,7 @@ class Leaders:
             self._follow(row)
 
     def tails_and_clearance_m(
-        self, front_m: FloatArray, granted_m: FloatArray
+        self, front_m: FloatArray, granted_to_m: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """
         Return the tails, and how far the way of each train is clear.
@@ -109,7 +109,7 @@ class Leaders:
         ----------
         front_m
             Fronts; of a train not yet on the line, its origin. [m], shape (n_trains,)
-        granted_m
+        granted_to_m
             How far the way is granted beside the trains ahead. [m], shape (n_trains,)
 
         Returns
@@ -118,7 +118,7 @@ class Leaders:
             Tails, and leader's tail or what is granted. [m], shape (n_trains,)
         """
         tail_m = front_m - self._world.length_m
-        clear_to_m = granted_m.copy()
+        clear_to_m = granted_to_m.copy()
         _lower_to_tails(clear_to_m, tail_m, self.leader, self.follows)
         return tail_m, clear_to_m
 

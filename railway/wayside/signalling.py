@@ -2,21 +2,16 @@
 What is beside the track, and what signalling knows of it.
 
 Permissions are given only for what is proven to be out of the way, and taken back only by what
-comes suddenly: an obstacle on a closed level crossing, or a fault.
+comes suddenly: an obstacle on a closed level crossing, or a failure.
 """
 
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.plan.disruptions import (
-    UNDISTURBED,
-    Disruptions,
-    Obstruction,
-    WaysideState,
-    unobstructed,
-)
+from kankaku.railway.plan.disruptions import UNDISTURBED, Disruptions
 from kankaku.railway.plan.profile import at_each
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.obstructions import Obstruction, WaysideState, unobstructed
 from kankaku.railway.step.state import Events, LineState
 from kankaku.railway.wayside.trackside import (
     ROUNDING_S,
@@ -34,7 +29,7 @@ RESERVE_M = 100.0
 
 
 class Wayside:
-    """Points, level crossings, work zones and faulty equipment along a line."""
+    """Points, level crossings, work zones and failed equipment along a line."""
 
     def __init__(self, world: World, disruptions: Disruptions = UNDISTURBED, seed: int = 0) -> None:
         self._world = world

@@ -1,7 +1,7 @@
 """
 The machines beside the track: points, level crossings, closed stretches.
 
-Each one is a column of :class:`~kankaku.railway.plan.disruptions.WaysideState`. It knows the next
+Each one is a column of :class:`~kankaku.railway.step.obstructions.WaysideState`. It knows the next
 time, and the next place of every front and tail, at which it can change; in between nobody asks it.
 """
 
@@ -13,10 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, Obstruction
+from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
 from kankaku.railway.plan.line import Crossing, Line, Turnout
 from kankaku.railway.plan.world import World
 from kankaku.railway.randomness import stream
+from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.state import LineState
 
 AT_START_M = 0.5
@@ -281,11 +282,11 @@ class LevelCrossing(Machine):
 
 class ClosedStretch(Machine):
     """
-    A work zone or faulty equipment.
+    A work zone or failed equipment.
 
     A work zone is *requested* when its time comes: from then on trains that can still stop
     short of it are kept out, and it is *established* once no other train is on its way into or
-    through it, and none can go by an earlier permission. A fault is established at once.
+    through it, and none can go by an earlier permission. A failure is established at once.
     """
 
     def __init__(self, world: World, closure: Closure) -> None:

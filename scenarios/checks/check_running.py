@@ -1,10 +1,10 @@
 """Whether the trains of a scenario can run at all: asked of physics when its files agree."""
 
-from kankaku.railway.motion.feasibility import Assessment, Lack, Shortfall
-from kankaku.scenarios.reading.mistakes import Fault
+from kankaku.railway.motion.feasibility import Feasibility, Lack, Shortfall
+from kankaku.scenarios.reading.mistakes import Mistake
 
 
-def running_faults(found: Assessment, stock_file: str) -> list[Fault]:
+def running_mistakes(found: Feasibility, stock_file: str) -> list[Mistake]:
     """
     Return what trains are too weak for.
 
@@ -17,13 +17,13 @@ def running_faults(found: Assessment, stock_file: str) -> list[Fault]:
 
     Returns
     -------
-    list[Fault]
+    list[Mistake]
         At most one for starting and for each brake of a train type, one per leg for climbing.
     """
-    return [_fault(shortfall, stock_file) for shortfall in found.shortfalls]
+    return [_mistake(shortfall, stock_file) for shortfall in found.shortfalls]
 
 
-def _fault(shortfall: Shortfall, stock_file: str) -> Fault:
+def _mistake(shortfall: Shortfall, stock_file: str) -> Mistake:
     if shortfall.lack is Lack.STARTING:
         key, allowed = "traction.starting_force_kn", f"above {shortfall.needed / 1000.0:.4g}"
     elif shortfall.lack is Lack.CLIMBING:
@@ -31,10 +31,10 @@ def _fault(shortfall: Shortfall, stock_file: str) -> Fault:
     else:
         key, allowed = f"{shortfall.lack.value}_kmhps", f"above {3.6 * shortfall.needed:.3g}"
     where = f"train.{shortfall.leg.train_type}.{key}"
-    return Fault(stock_file, where, str(shortfall), f"{allowed}, or gentler gradients")
+    return Mistake(stock_file, where, str(shortfall), f"{allowed}, or gentler gradients")
 
 
-def running_warnings(found: Assessment, calls_file: str) -> tuple[str, ...]:
+def running_warnings(found: Feasibility, calls_file: str) -> tuple[str, ...]:
     """
     Return what is booked faster than trains can run.
 

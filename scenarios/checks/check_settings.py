@@ -4,13 +4,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
 from kankaku.railway.places import name_problem
-from kankaku.railway.radio.data_link import keeps_pace
+from kankaku.railway.plan.radio_spec import keeps_pace
 from kankaku.scenarios.checks.check_timetable import TimetableTables, calls_by_train
 from kankaku.scenarios.reading.files import Table
-from kankaku.scenarios.reading.mistakes import Fault, meant
+from kankaku.scenarios.reading.mistakes import Mistake, meant
 from kankaku.scenarios.reading.schema import (
     CallRow,
-    Controller,
+    ControllerEntry,
     QuantileRow,
     RadioEntry,
     RollingStockFile,
@@ -23,7 +23,7 @@ MOST_DELAYS = 1000
 """Runs of one controller in a sweep. [-]"""
 
 
-def rolling_stock_faults(stock: RollingStockFile, file: str) -> list[Fault]:
+def rolling_stock_mistakes(stock: RollingStockFile, file: str) -> list[Mistake]:
     """
     Return contradictions within the train types.
 
@@ -36,27 +36,29 @@ def rolling_stock_faults(stock: RollingStockFile, file: str) -> list[Fault]:
 
     Returns
     -------
-    list[Fault]
-        The faults.
+    list[Mistake]
+        The mistakes.
     """
-    faults = []
+    mistakes = []
     for name, train in stock.train.items():
         if train.motor_mass_t > train.mass_t:
             problem = f"{train.motor_mass_t:g} is more than the mass of the train"
             place = f"train.{name}.motor_mass_t"
-            faults.append(Fault(file, place, problem, f"up to {train.mass_t:g}"))
+            mistakes.append(Mistake(file, place, problem, f"up to {train.mass_t:g}"))
         if train.emergency_brake_kmhps < train.service_brake_kmhps:
             problem = f"{train.emergency_brake_kmhps:g} is weaker than the service brake"
             place = f"train.{name}.emergency_brake_kmhps"
-            faults.append(Fault(file, place, problem, f"from {train.service_brake_kmhps:g}"))
+            mistakes.append(Mistake(file, place, problem, f"from {train.service_brake_kmhps:g}"))
         if train.traction.characteristic_speed_kmh < train.traction.power_speed_kmh:
             problem = f"{train.traction.characteristic_speed_kmh:g} lies below power_speed_kmh"
             place = f"train.{name}.traction.characteristic_speed_kmh"
-            faults.append(Fault(file, place, problem, f"from {train.traction.power_speed_kmh:g}"))
-    return faults
+            mistakes.append(
+                Mistake(file, place, problem, f"from {train.traction.power_speed_kmh:g}")
+            )
+    return mistakes
 
 
-def step_faults(settings: ScenarioFile, file: str) -> list[Fault]:
+def step_mistakes(settings: ScenarioFile, file: str) -> list[Mistake]:
     """
     Return what is wrong with the step: SUMO counts in whole milliseconds.
 
@@ -69,15 +71,15 @@ def step_faults(settings: ScenarioFile, file: str) -> list[Fault]:
 
     Returns
     -------
-    list[Fault]
-        The faults.
+    list[Mistake]
+        The mistakes.
     """
     if float(f"{settings.step_s:.3f}") == settings.step_s:
         return []
-    return [Fault(file, "step_s", f"{settings.step_s:g} s", "whole milliseconds")]
+    return [Mistake(file, "step_s", f"{settings.step_s:g} s", "whole milliseconds")]
 
 
-def controller_faults(settings: ScenarioFile, file: str) -> list[Fault]:
+def controller_mistakes(settings: ScenarioFile, file: str) -> list[Mistake]:
     """
     Return controllers that are no whole pair of layers, or would share one folder of results.
 
@@ -90,32 +92,32 @@ def controller_faults(settings: ScenarioFile, file: str) -> list[Fault]:
 
     Returns
     -------
-    list[Fault]
-        The faults.
+    list[Mistake]
+        The mistakes.
     """
     first: dict[str, str] = {}
-    faults = []
+    mistakes = []
     for name in settings.controllers:
         other = first.setdefault(name.lower(), name)
         if other != name:
             problem = f"differs from {other!r} only by capital letters"
-            faults.append(Fault(file, f"controllers.{name}", problem, "every name once"))
+            mistakes.append(Mistake(file, f"controllers.{name}", problem, "every name once"))
         problem = name_problem(name)
         if problem:
             allowed = "another name, for example 'moving_block'"
-            faults.append(Fault(file, f"controllers.{name}", f"{name!r} {problem}", allowed))
+            mistakes.append(Mistake(file, f"controllers.{name}", f"{name!r} {problem}", allowed))
     for name, controller in settings.controllers.items():
-        faults += [
-            Fault(file, f"controllers.{name}.{key}", problem, PAIR_OR_PEER)
+        mistakes += [
+            Mistake(file, f"controllers.{name}.{key}", problem, PAIR_OR_PEER)
             for key, problem in _layer_problems(controller)
         ]
     if not any(controller.by_default for controller in settings.controllers.values()):
         problem, allowed = "none runs by default", "one without by_default = false"
-        faults.append(Fault(file, "controllers", problem, allowed))
-    return faults
+        mistakes.append(Mistake(file, "controllers", problem, allowed))
+    return mistakes
 
 
-def _layer_problems(controller: Controller) -> Iterator[tuple[str, str]]:
+def _layer_problems(controller: ControllerEntry) -> Iterator[tuple[str, str]]:
     """Yield the keys of a controller that are missing or too many."""
     for key in ("protection", "operation"):
         options = f"{key}_options"
@@ -128,7 +130,7 @@ def _layer_problems(controller: Controller) -> Iterator[tuple[str, str]]:
         yield "radio", "stands beside peer"
 
 
-def radio_faults(settings: ScenarioFile, file: str) -> list[Fault]:
+def radio_mistakes(settings: ScenarioFile, file: str) -> list[Mistake]:
     """
     Return what is wrong with the times of the radio.
 
@@ -141,25 +143,25 @@ def radio_faults(settings: ScenarioFile, file: str) -> list[Fault]:
 
     Returns
     -------
-    list[Fault]
-        The faults.
+    list[Mistake]
+        The mistakes.
     """
     used = any(controller.radio for controller in settings.controllers.values())
     if settings.radio is None and not used:
         return []
-    radio, faults = settings.radio or RadioEntry(), []
+    radio, mistakes = settings.radio or RadioEntry(), []
     if radio.delay_most_s < radio.delay_least_s:
         problem = f"{radio.delay_most_s:g} lies below delay_least_s"
         allowed = f"from {radio.delay_least_s:g}"
-        faults.append(Fault(file, "radio.delay_most_s", problem, allowed))
+        mistakes.append(Mistake(file, "radio.delay_most_s", problem, allowed))
     if not keeps_pace(radio.cycle_s, settings.step_s):
         problem = f"half of {radio.cycle_s:g} s is not a whole number of steps"
         allowed = f"a multiple of {2.0 * settings.step_s:g} s"
-        faults.append(Fault(file, "radio.cycle_s", problem, allowed))
-    return faults
+        mistakes.append(Mistake(file, "radio.cycle_s", problem, allowed))
+    return mistakes
 
 
-def sweep_faults(settings: ScenarioFile, file: str) -> list[Fault]:
+def sweep_mistakes(settings: ScenarioFile, file: str) -> list[Mistake]:
     """
     Return what is wrong with the delays of a sweep, or with published results of none.
 
@@ -172,35 +174,35 @@ def sweep_faults(settings: ScenarioFile, file: str) -> list[Fault]:
 
     Returns
     -------
-    list[Fault]
-        The faults.
+    list[Mistake]
+        The mistakes.
     """
     sweep = settings.sweep
     if sweep is None:
         told = "are the results of a sweep that the scenario has not"
-        return [Fault(file, "published", told, "beside [sweep]")] if settings.published else []
+        return [Mistake(file, "published", told, "beside [sweep]")] if settings.published else []
     values = {"first_s": sweep.first_s, "last_s": sweep.last_s, "step_s": sweep.step_s}
     # Results lie in folders named by the delay, to a tenth of a second.
-    faults = [
-        Fault(file, f"sweep.{key}", f"{value:g} s", "whole tenths of a second")
+    mistakes = [
+        Mistake(file, f"sweep.{key}", f"{value:g} s", "whole tenths of a second")
         for key, value in values.items()
         if round(value, 1) != value
     ]
     if sweep.last_s < sweep.first_s:
         problem = f"{sweep.last_s:g} lies below first_s"
-        faults.append(Fault(file, "sweep.last_s", problem, f"from {sweep.first_s:g}"))
-    return faults or _count_faults(sweep, file)
+        mistakes.append(Mistake(file, "sweep.last_s", problem, f"from {sweep.first_s:g}"))
+    return mistakes or _count_mistakes(sweep, file)
 
 
-def _count_faults(sweep: SweepEntry, file: str) -> list[Fault]:
+def _count_mistakes(sweep: SweepEntry, file: str) -> list[Mistake]:
     range_s = sweep.last_s - sweep.first_s
     if round(10.0 * range_s) % round(10.0 * sweep.step_s):
         problem = f"{range_s:g} s is not a whole number of steps of {sweep.step_s:g} s"
-        return [Fault(file, "sweep.step_s", problem, "a step that divides last_s - first_s")]
+        return [Mistake(file, "sweep.step_s", problem, "a step that divides last_s - first_s")]
     count = len(swept_delays_s(sweep))
     if count > MOST_DELAYS:
         problem, allowed = f"makes {count} delays", f"a step of up to {MOST_DELAYS} delays"
-        return [Fault(file, "sweep.step_s", problem, allowed)]
+        return [Mistake(file, "sweep.step_s", problem, allowed)]
     return []
 
 
@@ -211,7 +213,7 @@ def swept_delays_s(sweep: SweepEntry) -> tuple[float, ...]:
     Parameters
     ----------
     sweep
-        A sweep without faults.
+        A sweep without mistakes.
 
     Returns
     -------
@@ -224,18 +226,18 @@ def swept_delays_s(sweep: SweepEntry) -> tuple[float, ...]:
     return tuple(tenths / 10.0 for tenths in range(first, last + 1, step))
 
 
-def delay_faults(
+def delay_mistakes(
     settings: ScenarioFile | None,
     quantiles: Table[QuantileRow] | None,
     timetable: TimetableTables,
-) -> list[Fault]:
+) -> list[Mistake]:
     """
     Return everything that is wrong with dwell delays, overstays and the train of a sweep.
 
     Parameters
     ----------
     settings
-        The main file; nothing if it has faults of its own.
+        The main file; nothing if it has mistakes of its own.
     quantiles
         Measured delays; nothing if the scenario has none.
     timetable
@@ -243,36 +245,36 @@ def delay_faults(
 
     Returns
     -------
-    list[Fault]
-        The faults.
+    list[Mistake]
+        The mistakes.
     """
-    faults = _quantile_faults(quantiles) if quantiles else []
+    mistakes = _quantile_mistakes(quantiles) if quantiles else []
     if settings is None or not (timetable.services.complete and timetable.calls.complete):
-        return faults
+        return mistakes
     calls = calls_by_train(timetable)
     for index, entry in enumerate(settings.overstays):
-        faults += _call_faults(entry.train, entry.station, f"overstays.{index}", calls)
+        mistakes += _call_mistakes(entry.train, entry.station, f"overstays.{index}", calls)
     if settings.sweep:
         sweep = settings.sweep
-        unknown = _call_faults(sweep.train, sweep.station, "sweep", calls)
-        faults += unknown or _follower_faults(sweep, calls)
-    return faults
+        unknown = _call_mistakes(sweep.train, sweep.station, "sweep", calls)
+        mistakes += unknown or _follower_mistakes(sweep, calls)
+    return mistakes
 
 
-def _call_faults(
+def _call_mistakes(
     train: str, station: str, place: str, calls: Mapping[str, Sequence[CallRow]]
-) -> list[Fault]:
+) -> list[Mistake]:
     if train not in calls:
         problem, allowed = f"unknown train {train!r}", meant(train, calls)
-        return [Fault("scenario.toml", f"{place}.train", problem, allowed)]
+        return [Mistake("scenario.toml", f"{place}.train", problem, allowed)]
     stations = [call.station for call in calls[train]]
     if station not in stations:
         problem, allowed = f"train {train!r} does not call at {station!r}", meant(station, stations)
-        return [Fault("scenario.toml", f"{place}.station", problem, allowed)]
+        return [Mistake("scenario.toml", f"{place}.station", problem, allowed)]
     return []
 
 
-def _follower_faults(sweep: SweepEntry, calls: Mapping[str, Sequence[CallRow]]) -> list[Fault]:
+def _follower_mistakes(sweep: SweepEntry, calls: Mapping[str, Sequence[CallRow]]) -> list[Mistake]:
     own = next(call for call in calls[sweep.train] if call.station == sweep.station)
     # A train that starts at the platform does not arrive there.
     for others in calls.values():
@@ -282,21 +284,21 @@ def _follower_faults(sweep: SweepEntry, calls: Mapping[str, Sequence[CallRow]]) 
                 return []
     problem = f"no train arrives after {sweep.train!r} at its platform track {own.track!r}"
     allowed = "a call where another train follows to the same track"
-    return [Fault("scenario.toml", "sweep.station", problem, allowed)]
+    return [Mistake("scenario.toml", "sweep.station", problem, allowed)]
 
 
-def _quantile_faults(table: Table[QuantileRow]) -> list[Fault]:
-    faults = []
+def _quantile_mistakes(table: Table[QuantileRow]) -> list[Mistake]:
+    mistakes = []
     for before, after in pairwise(table):
         if after.level <= before.level:
             problem, allowed = f"{after.level:g} does not rise", f"above {before.level:g}"
-            faults.append(table.fault(after, "level", problem, allowed))
+            mistakes.append(table.mistake(after, "level", problem, allowed))
         if after.delay_s < before.delay_s:
             problem, allowed = f"{after.delay_s:g} falls", f"from {before.delay_s:g}"
-            faults.append(table.fault(after, "delay_s", problem, allowed))
+            mistakes.append(table.mistake(after, "delay_s", problem, allowed))
     if table.complete and table.rows:
         for row, wanted in ((table.rows[0], 0.0), (table.rows[-1], 1.0)):
             if row.level != wanted:
                 problem = f"{row.level:g} is not the end of the distribution"
-                faults.append(table.fault(row, "level", problem, f"{wanted:g}"))
-    return faults
+                mistakes.append(table.mistake(row, "level", problem, f"{wanted:g}"))
+    return mistakes

@@ -6,8 +6,9 @@ from functools import cached_property
 from itertools import pairwise
 
 from kankaku.scenarios.checks.check_line import LineTables, same
+from kankaku.scenarios.checks.ways import ends_on_the_way, route_of
 from kankaku.scenarios.reading.files import Table
-from kankaku.scenarios.reading.mistakes import Fault, meant
+from kankaku.scenarios.reading.mistakes import Mistake, meant
 from kankaku.scenarios.reading.schema import (
     CallRow,
     DwellStationRow,
@@ -17,7 +18,6 @@ from kankaku.scenarios.reading.schema import (
     TrainEntry,
 )
 from kankaku.scenarios.reading.units import next_day, whole_seconds
-from kankaku.scenarios.reading.ways import ends_on_the_way, route_of
 
 
 @dataclass(frozen=True)
@@ -58,9 +58,9 @@ def calls_by_train(timetable: TimetableTables) -> dict[str, list[CallRow]]:
     return timetable.by_train
 
 
-def timetable_faults(
+def timetable_mistakes(
     timetable: TimetableTables, line: LineTables, stock: RollingStockFile | None
-) -> list[Fault]:
+) -> list[Mistake]:
     """
     Return everything that is wrong between timetable, line and fleet.
 
@@ -71,69 +71,69 @@ def timetable_faults(
     line
         The files of the line.
     stock
-        Train types; nothing if they have faults of their own.
+        Train types; nothing if they have mistakes of their own.
 
     Returns
     -------
-    list[Fault]
-        The faults.
+    list[Mistake]
+        The mistakes.
     """
-    faults = _service_faults(timetable, stock) + _dwell_station_faults(timetable, line)
-    faults += _reference_faults(timetable, line)
+    mistakes = _service_mistakes(timetable, stock) + _dwell_station_mistakes(timetable, line)
+    mistakes += _reference_mistakes(timetable, line)
     train_types = {service.train: service.train_type for service in timetable.services}
     for train, calls in calls_by_train(timetable).items():
         kind = stock.train.get(train_types[train]) if stock else None
-        faults += _sequence_faults(timetable, line, calls)
-        faults += _stop_faults(timetable, line, calls, kind)
-        faults += _route_faults(timetable, line, calls)
-        faults += _points_faults(timetable, line, calls, kind)
-    return faults + _order_faults(timetable, line) + _start_faults(timetable, line)
+        mistakes += _sequence_mistakes(timetable, line, calls)
+        mistakes += _stop_mistakes(timetable, line, calls, kind)
+        mistakes += _route_mistakes(timetable, line, calls)
+        mistakes += _points_mistakes(timetable, line, calls, kind)
+    return mistakes + _order_mistakes(timetable, line) + _start_mistakes(timetable, line)
 
 
-def _service_faults(timetable: TimetableTables, stock: RollingStockFile | None) -> list[Fault]:
+def _service_mistakes(timetable: TimetableTables, stock: RollingStockFile | None) -> list[Mistake]:
     table = timetable.services
-    faults = []
+    mistakes = []
     calls = calls_by_train(timetable)
     first: dict[str, int] = {}
     for row in table:
         if row.train in first:
             problem = f"train {row.train!r} stands in row {first[row.train]} already"
-            faults.append(table.fault(row, "train", problem, "every train once"))
+            mistakes.append(table.mistake(row, "train", problem, "every train once"))
         first.setdefault(row.train, row.row)
         if stock and row.train_type not in stock.train:
             problem = f"unknown train type {row.train_type!r}"
-            faults.append(
-                table.fault(row, "train_type", problem, meant(row.train_type, stock.train))
+            mistakes.append(
+                table.mistake(row, "train_type", problem, meant(row.train_type, stock.train))
             )
         if not calls[row.train] and timetable.calls.complete:
             problem = f"train {row.train!r} has no call"
-            faults.append(table.fault(row, "train", problem, "one row or more in calls.csv"))
-    return faults
+            mistakes.append(table.mistake(row, "train", problem, "one row or more in calls.csv"))
+    return mistakes
 
 
-def _dwell_station_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
+def _dwell_station_mistakes(timetable: TimetableTables, line: LineTables) -> list[Mistake]:
     table = timetable.dwell_stations
-    faults = []
+    mistakes = []
     stations = [station.id for station in line.stations]
     first: dict[str, int] = {}
     for row in table:
         if row.station not in stations and line.stations.complete:
             problem = f"unknown station {row.station!r}"
-            faults.append(table.fault(row, "station", problem, meant(row.station, stations)))
+            mistakes.append(table.mistake(row, "station", problem, meant(row.station, stations)))
         if row.station in first:
             problem = f"{row.station!r} stands in row {first[row.station]} already"
-            faults.append(table.fault(row, "station", problem, "every station once"))
+            mistakes.append(table.mistake(row, "station", problem, "every station once"))
         first.setdefault(row.station, row.row)
         if row.booked_dwell_s < row.minimum_dwell_s:
             problem = f"{row.booked_dwell_s:g} is shorter than the minimum dwell"
             allowed = f"from {row.minimum_dwell_s:g}"
-            faults.append(table.fault(row, "booked_dwell_s", problem, allowed))
-    return faults
+            mistakes.append(table.mistake(row, "booked_dwell_s", problem, allowed))
+    return mistakes
 
 
-def _reference_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
+def _reference_mistakes(timetable: TimetableTables, line: LineTables) -> list[Mistake]:
     table = timetable.calls
-    faults = []
+    mistakes = []
     known = (
         ("train", timetable.services.complete, {row.train: row for row in timetable.services}),
         ("station", line.stations.complete, {row.id: row for row in line.stations}),
@@ -149,52 +149,56 @@ def _reference_faults(timetable: TimetableTables, line: LineTables) -> list[Faul
                 good = False
                 if complete:
                     allowed = meant(name, names)
-                    faults.append(table.fault(row, column, f"unknown {column} {name!r}", allowed))
+                    mistakes.append(
+                        table.mistake(row, column, f"unknown {column} {name!r}", allowed)
+                    )
         if good and (row.station, row.track) not in line.platform_at and line.platforms.complete:
             problem = f"station {row.station!r} has no platform at track {row.track!r}"
             here = [track for station, track in line.platform_at if station == row.station]
-            faults.append(table.fault(row, "track", problem, meant(row.track, sorted(here))))
+            mistakes.append(table.mistake(row, "track", problem, meant(row.track, sorted(here))))
         if good and row.station not in timed | untimed and timetable.dwell_stations.complete:
             untimed.add(row.station)
             problem = f"{row.station!r}, where trains call, is missing"
             file = timetable.dwell_stations.file
-            faults.append(
-                Fault(file, "column station", problem, "a row for every station called at")
+            mistakes.append(
+                Mistake(file, "column station", problem, "a row for every station called at")
             )
-    return faults
+    return mistakes
 
 
-def _sequence_faults(
+def _sequence_mistakes(
     timetable: TimetableTables, line: LineTables, calls: Sequence[CallRow]
-) -> list[Fault]:
+) -> list[Mistake]:
     table = timetable.calls
     where = {station.id: station.chainage_km for station in line.stations}
-    faults = []
+    mistakes = []
     for before, after in pairwise(calls):
         if where.get(after.station, 1e9) <= where.get(before.station, -1e9):
             problem = f"{after.station!r} does not lie after {before.station!r} of row {before.row}"
-            faults.append(table.fault(after, "station", problem, "calls in the running direction"))
+            mistakes.append(
+                table.mistake(after, "station", problem, "calls in the running direction")
+            )
         stops = [line.platform_at.get((call.station, call.track)) for call in (before, after)]
         if stops[0] and stops[1] and stops[1].stop_km <= stops[0].stop_km:
             problem = f"stops at {stops[1].stop_km:g}, not after the stop of row {before.row}"
             allowed = f"a platform track whose stop lies after {stops[0].stop_km:g}"
-            faults.append(table.fault(after, "track", problem, allowed))
+            mistakes.append(table.mistake(after, "track", problem, allowed))
         if after.arrival < before.departure:
             problem = f"{after.arrival} is earlier than the departure of row {before.row}"
             allowed = f"from {before.departure}{next_day(before.departure, after.arrival)}"
-            faults.append(table.fault(after, "arrival", problem, allowed))
-    return faults
+            mistakes.append(table.mistake(after, "arrival", problem, allowed))
+    return mistakes
 
 
-def _stop_faults(
+def _stop_mistakes(
     timetable: TimetableTables,
     line: LineTables,
     calls: Sequence[CallRow],
     kind: TrainEntry | None,
-) -> list[Fault]:
+) -> list[Mistake]:
     table = timetable.calls
     minimum_s = {row.station: row.minimum_dwell_s for row in timetable.dwell_stations}
-    faults = []
+    mistakes = []
     for call in calls:
         dwell_s = seconds(call.departure) - seconds(call.arrival)
         least_s = minimum_s.get(call.station, 0.0)
@@ -202,22 +206,22 @@ def _stop_faults(
             problem = f"a dwell of {dwell_s} s at {call.station!r} is too short"
             hint = next_day(call.arrival, call.departure)
             allowed = f"{least_s:g} s or more after {call.arrival}{hint}"
-            faults.append(table.fault(call, "departure", problem, allowed))
+            mistakes.append(table.mistake(call, "departure", problem, allowed))
         platform = line.platform_at.get((call.station, call.track))
         if kind and platform and _overhang_m(platform, kind) > 1e-3:
             problem = f"a train of {kind.length_m:g} m does not fit at {call.station!r}"
             room_m = 1000.0 * (platform.stop_km - platform.start_km)
             allowed = f"up to {room_m:g} m from the start of the platform to the stop position"
-            faults.append(table.fault(call, "track", problem, allowed))
-    return faults
+            mistakes.append(table.mistake(call, "track", problem, allowed))
+    return mistakes
 
 
-def _points_faults(
+def _points_mistakes(
     timetable: TimetableTables,
     line: LineTables,
     calls: Sequence[CallRow],
     kind: TrainEntry | None,
-) -> list[Fault]:
+) -> list[Mistake]:
     """Return what is wrong if a train stands ready in points: nobody would lock them for it."""
     first = calls[0] if calls else None
     platform = line.platform_at.get((first.station, first.track)) if first else None
@@ -226,20 +230,20 @@ def _points_faults(
         return []
     front_km = platform.stop_km
     tail_km = front_km - 0.001 * kind.length_m
-    faults = []
+    mistakes = []
     for points in line.turnouts:
         before = same(points.position_km, track.end_km) and front_km > points.fouling_start_km
         behind = same(points.position_km, track.start_km) and tail_km < points.fouling_end_km
         if before or behind:
             problem = f"train {first.train!r} starts in the fouling section of {points.id!r}"
             ends = f"up to {points.fouling_start_km:g} or from {points.fouling_end_km:g}"
-            faults.append(timetable.calls.fault(first, "track", problem, f"a place {ends}"))
-    return faults + _end_faults(timetable, line, calls)
+            mistakes.append(timetable.calls.mistake(first, "track", problem, f"a place {ends}"))
+    return mistakes + _end_mistakes(timetable, line, calls)
 
 
-def _end_faults(
+def _end_mistakes(
     timetable: TimetableTables, line: LineTables, calls: Sequence[CallRow]
-) -> list[Fault]:
+) -> list[Mistake]:
     """Return what is wrong if a train leaves the line before points, but not clear of them."""
     last = calls[-1]
     platform = line.platform_at.get((last.station, last.track))
@@ -247,7 +251,7 @@ def _end_faults(
     if platform is None or track is None or not ends_on_the_way(line, calls):
         return []
     return [
-        timetable.calls.fault(
+        timetable.calls.mistake(
             last,
             "track",
             f"train {last.train!r} ends in the fouling section of {points.id!r}",
@@ -258,12 +262,12 @@ def _end_faults(
     ]
 
 
-def _start_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
+def _start_mistakes(timetable: TimetableTables, line: LineTables) -> list[Mistake]:
     """Return what is wrong where trains start in the way of trains that go before them."""
     by_train = calls_by_train(timetable)
     # Of the trains along a track only those count that start further back than all before them.
     earlier: dict[tuple[int, int], list[tuple[str, float]]] = {}
-    faults = []
+    mistakes = []
     for train, calls in by_train.items():
         route = route_of(line, calls)
         platform = line.platform_at.get((calls[0].station, calls[0].track)) if calls else None
@@ -273,22 +277,22 @@ def _start_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
             if from_km < platform.stop_km:
                 problem = f"train {train!r} starts on a track that {other!r} has to pass before it"
                 allowed = "a track that no train before it in services.csv comes along"
-                faults.append(timetable.calls.fault(calls[0], "track", problem, allowed))
+                mistakes.append(timetable.calls.mistake(calls[0], "track", problem, allowed))
                 break
         for place in route:
             along = earlier.setdefault(place, [])
             if not along or platform.stop_km < along[-1][1]:
                 along.append((train, platform.stop_km))
-    return faults
+    return mistakes
 
 
 def _overhang_m(platform: PlatformRow, kind: TrainEntry) -> float:
     return kind.length_m - 1000.0 * (platform.stop_km - platform.start_km)
 
 
-def _route_faults(
+def _route_mistakes(
     timetable: TimetableTables, line: LineTables, calls: Sequence[CallRow]
-) -> list[Fault]:
+) -> list[Mistake]:
     if not (line.tracks.complete and line.turnouts.complete):
         return []
     table = timetable.calls
@@ -296,23 +300,23 @@ def _route_faults(
     points = {round(row.position_km, 6) for row in line.turnouts}
     section_of = {track.id: number for number, group in enumerate(sections) for track in group}
     tracks: dict[int, str] = {}
-    faults = []
+    mistakes = []
     for call in calls:
         section = section_of.get(call.track)
         if section is not None and tracks.setdefault(section, call.track) != call.track:
             problem = f"the train calls at track {tracks[section]!r} of the same section before"
-            faults.append(table.fault(call, "track", problem, tracks[section]))
+            mistakes.append(table.mistake(call, "track", problem, tracks[section]))
     for (_, before), (number, after) in pairwise(route_of(line, calls)):
         boundary_km = sections[number][0].start_km
         if before != after and round(boundary_km, 6) not in points:
             problem = f"the train changes track at {boundary_km:g} km, where no turnout stands"
             allowed = "calls at tracks of the same place in both sections"
-            faults.append(table.fault(calls[0], "track", problem, allowed))
-    return faults
+            mistakes.append(table.mistake(calls[0], "track", problem, allowed))
+    return mistakes
 
 
-def _order_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
-    faults = []
+def _order_mistakes(timetable: TimetableTables, line: LineTables) -> list[Mistake]:
+    mistakes = []
     told: set[str] = set()
     # Whose own times run back is told elsewhere, and compares with nobody.
     by_train = {
@@ -342,10 +346,10 @@ def _order_faults(timetable: TimetableTables, line: LineTables) -> list[Fault]:
                 leader = last.get((kind, place))
                 found = _order_fault(timetable, kind, leader, here) if leader else []
                 if found and train not in told:
-                    faults += found
-                    told |= {train for fault in found if "midnight" in fault.allowed}
+                    mistakes += found
+                    told |= {train for mistake in found if "midnight" in mistake.allowed}
                 last[kind, place] = here
-    return faults
+    return mistakes
 
 
 def _runs_back(calls: Sequence[CallRow]) -> bool:
@@ -356,7 +360,7 @@ def _runs_back(calls: Sequence[CallRow]) -> bool:
 
 def _order_fault(
     timetable: TimetableTables, kind: str, leader: CallRow, follower: CallRow
-) -> list[Fault]:
+) -> list[Mistake]:
     table = timetable.calls
     if kind == "platform":
         # Times of one form sort as they follow each other.
@@ -364,11 +368,11 @@ def _order_fault(
             return []
         problem = f"track {follower.track!r} is taken by train {leader.train!r} of row {leader.row}"
         allowed = f"from {leader.departure}{next_day(leader.departure, follower.arrival)}"
-        return [table.fault(follower, "arrival", problem, allowed)]
+        return [table.mistake(follower, "arrival", problem, allowed)]
     before, after = getattr(leader, kind), getattr(follower, kind)
     if after > before:
         return []
     problem = f"overtakes train {leader.train!r} of row {leader.row} on one track"
     allowed = f"after {before}, the order of {timetable.services.file} on every shared track"
     allowed += next_day(before, after)
-    return [table.fault(follower, kind, problem, allowed)]
+    return [table.mistake(follower, kind, problem, allowed)]

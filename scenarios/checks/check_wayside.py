@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from kankaku.scenarios.checks.check_line import LineTables, duplicates, same
 from kankaku.scenarios.checks.check_timetable import TimetableTables, calls_by_train, seconds
-from kankaku.scenarios.reading.mistakes import Fault, meant
+from kankaku.scenarios.reading.mistakes import Mistake, meant
 from kankaku.scenarios.reading.schema import (
     ClosureEntry,
     CrossingRow,
@@ -18,7 +18,7 @@ HELD_BEFORE_KM = 0.1
 """Trains stop no further before the crossing that they are kept out of, without blocks. [km]"""
 
 
-def crossing_faults(line: LineTables) -> list[Fault]:
+def crossing_mistakes(line: LineTables) -> list[Mistake]:
     """
     Return everything that is wrong with the level crossings of a line.
 
@@ -29,28 +29,30 @@ def crossing_faults(line: LineTables) -> list[Fault]:
 
     Returns
     -------
-    list[Fault]
-        The faults.
+    list[Mistake]
+        The mistakes.
     """
-    faults = duplicates(line.crossings)
+    mistakes = duplicates(line.crossings)
     turnouts = {turnout.id for turnout in line.turnouts}
     for row in line.crossings:
         if row.id in turnouts:
             problem = f"{row.id!r} is a turnout already"
-            faults.append(line.crossings.fault(row, "id", problem, "every id once"))
-        faults += _place_faults(line, row) if row.end_km > row.start_km else []
+            mistakes.append(line.crossings.mistake(row, "id", problem, "every id once"))
+        mistakes += _place_mistakes(line, row) if row.end_km > row.start_km else []
         if row.end_km <= row.start_km:
             problem = f"{row.end_km:g} does not lie after start_km"
-            faults.append(line.crossings.fault(row, "end_km", problem, f"above {row.start_km:g}"))
+            mistakes.append(
+                line.crossings.mistake(row, "end_km", problem, f"above {row.start_km:g}")
+            )
         latest_km = _latest_strike_in_km(line, row)
         if row.strike_in_km > latest_km:
             problem = f"a train kept out might stop before it comes to {row.strike_in_km:g}"
             allowed = f"up to {latest_km:g}"
-            faults.append(line.crossings.fault(row, "strike_in_km", problem, allowed))
+            mistakes.append(line.crossings.mistake(row, "strike_in_km", problem, allowed))
         if line.extent_km and row.strike_in_km < line.extent_km[0]:
             problem, allowed = "outside the line", f"from {line.extent_km[0]:g}"
-            faults.append(line.crossings.fault(row, "strike_in_km", problem, allowed))
-    return faults
+            mistakes.append(line.crossings.mistake(row, "strike_in_km", problem, allowed))
+    return mistakes
 
 
 def _latest_strike_in_km(line: LineTables, row: CrossingRow) -> float:
@@ -61,7 +63,7 @@ def _latest_strike_in_km(line: LineTables, row: CrossingRow) -> float:
     return min((*own_km, *before_km, row.start_km - HELD_BEFORE_KM))
 
 
-def _place_faults(line: LineTables, row: CrossingRow) -> list[Fault]:
+def _place_mistakes(line: LineTables, row: CrossingRow) -> list[Mistake]:
     if not line.extent_km:
         return []
     table = line.crossings
@@ -72,9 +74,9 @@ def _place_faults(line: LineTables, row: CrossingRow) -> list[Fault]:
     if not inside:
         problem = "the crossing does not lie within one section"
         spans = ", ".join(f"{t[0].start_km:g} to {t[0].end_km:g}" for t in line.sections)
-        return [table.fault(row, "start_km", problem, f"within one of {spans}")]
+        return [table.mistake(row, "start_km", problem, f"within one of {spans}")]
     return [
-        table.fault(
+        table.mistake(
             row,
             "start_km",
             f"the crossing lies in the fouling section of turnout {turnout.id!r}",
@@ -85,16 +87,16 @@ def _place_faults(line: LineTables, row: CrossingRow) -> list[Fault]:
     ]
 
 
-def disruption_faults(
+def disruption_mistakes(
     settings: ScenarioFile | None, line: LineTables, timetable: TimetableTables, file: str
-) -> list[Fault]:
+) -> list[Mistake]:
     """
     Return everything that is wrong with what goes wrong beside the track.
 
     Parameters
     ----------
     settings
-        The main file; nothing if it has faults of its own.
+        The main file; nothing if it has mistakes of its own.
     line
         The files of the line.
     timetable
@@ -104,12 +106,12 @@ def disruption_faults(
 
     Returns
     -------
-    list[Fault]
-        The faults.
+    list[Mistake]
+        The mistakes.
     """
     if settings is None:
         return []
-    faults = []
+    mistakes = []
     turnouts = [row.id for row in line.turnouts]
     crossings = [row.id for row in line.crossings]
     taken = {*turnouts, *crossings}
@@ -119,14 +121,14 @@ def disruption_faults(
             place = f"{key}.{index}"
             if entry.id in taken:
                 problem, allowed = f"{entry.id!r} is taken already", "every id once"
-                faults.append(Fault(file, f"{place}.id", problem, allowed))
+                mistakes.append(Mistake(file, f"{place}.id", problem, allowed))
             taken.add(entry.id)
             found = (
                 *_window_problems(entry),
                 *_stretch_problems(entry, line),
                 *_start_problems(entry, line, timetable),
             )
-            faults += [Fault(file, f"{place}.{column}", *what) for column, *what in found]
+            mistakes += [Mistake(file, f"{place}.{column}", *what) for column, *what in found]
     named = (
         ("points_failures", "turnout", turnouts, line.turnouts.complete),
         ("crossing_obstacles", "crossing", crossings, line.crossings.complete),
@@ -137,12 +139,12 @@ def disruption_faults(
             name = getattr(window, column)
             if complete and name not in known:
                 problem, allowed = f"unknown {column} {name!r}", meant(name, known) or "none"
-                faults.append(Fault(file, f"{key}.{index}.{column}", problem, allowed))
-            faults += [
-                Fault(file, f"{key}.{index}.{at}", problem, allowed)
+                mistakes.append(Mistake(file, f"{key}.{index}.{column}", problem, allowed))
+            mistakes += [
+                Mistake(file, f"{key}.{index}.{at}", problem, allowed)
                 for at, problem, allowed in _window_problems(window)
             ]
-    return faults
+    return mistakes
 
 
 def _start_problems(

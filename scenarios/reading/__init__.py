@@ -1,1 +1,1 @@
-"""Files to a scenario: strictly read, once; field units become SI; mistakes are collected."""
+"""Files, strictly read, row by row and key by key; mistakes are collected, not raised."""

@@ -12,7 +12,7 @@ from kankaku.railway.failures.availability import Configuration, DeviceGroup
 from kankaku.railway.failures.fault_tree import Event, FaultTree, Gate
 from kankaku.scenarios.reading.fields import Name, OptionalText, Text
 from kankaku.scenarios.reading.files import Reader
-from kankaku.scenarios.reading.mistakes import Fault, ScenarioError, meant
+from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError, meant
 from kankaku.scenarios.reading.schema import check
 
 AVAILABILITY_FILE = "availability.toml"
@@ -68,7 +68,7 @@ class PublishedAvailability(_Checked):
     ] = None
 
 
-class SystemEntry(_Checked):
+class ControlSystemEntry(_Checked):
     """A system."""
 
     title: Text
@@ -82,7 +82,7 @@ class AvailabilityFile(_Checked):
     schema_version: Literal[1]
     source: OptionalText = ""
     devices: dict[Name, DeviceEntry] = Field(min_length=1)
-    systems: dict[Name, SystemEntry] = Field(min_length=1)
+    systems: dict[Name, ControlSystemEntry] = Field(min_length=1)
 
 
 class EventEntry(_Checked):
@@ -133,23 +133,23 @@ def load_configurations(folder: Path) -> tuple[tuple[Configuration, ...], str, s
     Raises
     ------
     ScenarioError
-        With every fault of the file.
+        With every mistake of the file.
     """
     reader = Reader()
     data = reader.toml(folder / AVAILABILITY_FILE, "availability")
     file = None
     if data is not None:
-        file, faults = check(AvailabilityFile, data, AVAILABILITY_FILE)
-        reader.faults += faults
+        file, mistakes = check(AvailabilityFile, data, AVAILABILITY_FILE)
+        reader.mistakes += mistakes
     for name, system in file.systems.items() if file else ():
         for device in system.devices:
             if file and device not in file.devices:
                 place = f"systems.{name}.devices.{device}"
                 problem = f"no device {device!r}"
                 allowed = meant(device, file.devices)
-                reader.faults.append(Fault(AVAILABILITY_FILE, place, problem, allowed))
-    if reader.faults or file is None:
-        raise ScenarioError(tuple(reader.faults))
+                reader.mistakes.append(Mistake(AVAILABILITY_FILE, place, problem, allowed))
+    if reader.mistakes or file is None:
+        raise ScenarioError(tuple(reader.mistakes))
     systems = tuple(
         Configuration(
             name=name,
@@ -188,7 +188,7 @@ def load_fault_tree(folder: Path) -> FaultTree | None:
     Raises
     ------
     ScenarioError
-        With every fault of the file.
+        With every mistake of the file.
     """
     if not os.path.lexists(folder / FAULT_TREE_FILE):
         return None
@@ -196,12 +196,12 @@ def load_fault_tree(folder: Path) -> FaultTree | None:
     data = reader.toml(folder / FAULT_TREE_FILE, "fault_tree")
     file = None
     if data is not None:
-        file, faults = check(FaultTreeFile, data, FAULT_TREE_FILE)
-        reader.faults += faults
+        file, mistakes = check(FaultTreeFile, data, FAULT_TREE_FILE)
+        reader.mistakes += mistakes
     if file is not None:
-        reader.faults += _tree_faults(file)
-    if reader.faults or file is None:
-        raise ScenarioError(tuple(reader.faults))
+        reader.mistakes += _tree_mistakes(file)
+    if reader.mistakes or file is None:
+        raise ScenarioError(tuple(reader.mistakes))
     return FaultTree(
         events={name: Event(it.title, it.probability) for name, it in file.events.items()},
         gates={
@@ -214,39 +214,39 @@ def load_fault_tree(folder: Path) -> FaultTree | None:
     )
 
 
-def _tree_faults(file: FaultTreeFile) -> list[Fault]:
-    faults = [*_gate_faults(file)]
+def _tree_mistakes(file: FaultTreeFile) -> list[Mistake]:
+    mistakes = [*_gate_mistakes(file)]
     for top in file.tops:
         if top not in file.gates:
             allowed = meant(top, file.gates)
-            faults.append(Fault(FAULT_TREE_FILE, "tops", f"no gate {top!r}", allowed))
-    if faults:
-        return faults
+            mistakes.append(Mistake(FAULT_TREE_FILE, "tops", f"no gate {top!r}", allowed))
+    if mistakes:
+        return mistakes
     inputs = {name: (*(it.any_of or ()), *(it.all_of or ())) for name, it in file.gates.items()}
     circle = _circle(inputs)
     if circle:
         problem = f"follows from itself: {' <- '.join(circle)}"
-        return [Fault(FAULT_TREE_FILE, f"gates.{circle[0]}", problem, "no circles")]
+        return [Mistake(FAULT_TREE_FILE, f"gates.{circle[0]}", problem, "no circles")]
     allowed = "an input of a gate below a top"
     return [
-        Fault(FAULT_TREE_FILE, place, "leads to no top event", allowed)
+        Mistake(FAULT_TREE_FILE, place, "leads to no top event", allowed)
         for place in _unused(file, inputs)
     ]
 
 
-def _gate_faults(file: FaultTreeFile) -> Iterator[Fault]:
+def _gate_mistakes(file: FaultTreeFile) -> Iterator[Mistake]:
     known = [*file.events, *file.gates]
     for name, gate in file.gates.items():
         place = f"gates.{name}"
         if name in file.events:
-            yield Fault(FAULT_TREE_FILE, place, "there is an event of that name", "another name")
+            yield Mistake(FAULT_TREE_FILE, place, "there is an event of that name", "another name")
         if (gate.any_of is None) == (gate.all_of is None):
             told = "has neither any_of nor all_of" if gate.any_of is None else "has both"
-            yield Fault(FAULT_TREE_FILE, place, told, "any_of or all_of")
+            yield Mistake(FAULT_TREE_FILE, place, told, "any_of or all_of")
         for part in (*(gate.any_of or ()), *(gate.all_of or ())):
             if part not in known:
                 problem = f"no event or gate {part!r}"
-                yield Fault(FAULT_TREE_FILE, place, problem, meant(part, known))
+                yield Mistake(FAULT_TREE_FILE, place, problem, meant(part, known))
 
 
 def _unused(file: FaultTreeFile, inputs: Mapping[str, tuple[str, ...]]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Reading of TOML and CSV files; faults are collected, not raised."""
+"""Reading of TOML and CSV files; mistakes are collected, not raised."""
 
 import csv
 import hashlib
@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar
 
 from kankaku.scenarios.reading.cell_texts import printable, shown
 from kankaku.scenarios.reading.csv_rows import LONGEST_LINE, LongLineError, Records, RowReader
-from kankaku.scenarios.reading.mistakes import Fault, also_in, meant, row_place
+from kankaku.scenarios.reading.mistakes import Mistake, also_in, meant, row_place
 from kankaku.scenarios.reading.raw import UnreadableError, read_whole
 from kankaku.scenarios.reading.schema import Row, columns
 
@@ -41,9 +41,9 @@ class Table(Generic[R_co]):
     def __iter__(self) -> Iterator[R_co]:
         return iter(self.rows)
 
-    def fault(self, row: Row, column: str, problem: str, allowed: str) -> Fault:
+    def mistake(self, row: Row, column: str, problem: str, allowed: str) -> Mistake:
         """
-        Return a fault of one row.
+        Return a mistake of one row.
 
         Parameters
         ----------
@@ -58,17 +58,17 @@ class Table(Generic[R_co]):
 
         Returns
         -------
-        Fault
-            The fault.
+        Mistake
+            The mistake.
         """
-        return Fault(self.file, row_place(row.row, column), problem, allowed)
+        return Mistake(self.file, row_place(row.row, column), problem, allowed)
 
 
 class Reader:
-    """Reads files, collects every fault, and remembers the bytes of what it read."""
+    """Reads files, collects every mistake, and remembers the bytes of what it read."""
 
     def __init__(self) -> None:
-        self.faults: list[Fault] = []
+        self.mistakes: list[Mistake] = []
         self._read: dict[str, bytes] = {}
 
     @property
@@ -82,7 +82,7 @@ class Reader:
         return together.hexdigest()
 
     def _bytes(self, path: Path, role: str, most_bytes: int, *, optional: bool) -> bytes | None:
-        """Return text in UTF-8; nothing, and a fault, if there is none."""
+        """Return text in UTF-8; nothing, and a mistake, if there is none."""
         try:
             content = read_whole(path, most_bytes)
         except UnreadableError as error:
@@ -124,7 +124,7 @@ class Reader:
             raise
 
     def _fault(self, path: Path, where: str, problem: str, allowed: str) -> None:
-        self.faults.append(Fault(path.name, where, problem, allowed))
+        self.mistakes.append(Mistake(path.name, where, problem, allowed))
 
     def toml(self, path: Path, role: str) -> dict[str, Any] | None:
         """
@@ -192,10 +192,10 @@ class Reader:
         Table[R]
             Its good rows.
         """
-        known = len(self.faults)
+        known = len(self.mistakes)
         content = self._bytes(path, role, MOST_CSV_BYTES, optional=optional)
         if content is None:
-            missing = len(self.faults) > known
+            missing = len(self.mistakes) > known
             return Table(path.name, complete=not missing, present=False)
         if content.count(b"\n") > MOST_ROWS:
             self._fault(path, "", "has too many rows", f"up to {MOST_ROWS:,}")
@@ -208,7 +208,7 @@ class Reader:
         except LongLineError:
             problem = f"a row of more than {LONGEST_LINE:,} characters"
             self._fault(path, "", problem, "a line for each row, quotation marks in pairs")
-        return Table(path.name, rows, complete=len(self.faults) == known)
+        return Table(path.name, rows, complete=len(self.mistakes) == known)
 
     def _table(
         self,
@@ -249,7 +249,7 @@ class Reader:
             self._fault(path, row_place(first, column), problem, allowed)
 
     def _header_is_good(self, path: Path, header: list[str], model: type[Row]) -> bool:
-        known, wanted = len(self.faults), columns(model)
+        known, wanted = len(self.mistakes), columns(model)
         for separator in (";", "\t"):
             if len(header) == 1 and separator in header[0]:
                 problem = f"fields are separated by {separator!r}"
@@ -271,4 +271,4 @@ class Reader:
         for name in columns(model, required=True):
             if name not in times:
                 self._fault(path, row_place(1, name), "is missing", ",".join(wanted))
-        return len(self.faults) == known
+        return len(self.mistakes) == known

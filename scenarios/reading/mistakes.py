@@ -17,8 +17,8 @@ _ROW = re.compile(r"row (\d+)(, column .*)?")
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
-    """One fault: where it is, what is wrong and what is allowed."""
+class Mistake:
+    """One mistake: where it is, what is wrong and what is allowed."""
 
     file: str
     where: str
@@ -39,32 +39,32 @@ def _short(text: str) -> str:
 
 class ScenarioError(ValueError):
     """
-    A scenario folder cannot be used; ``faults`` holds everything that is wrong with it.
+    A scenario folder cannot be used; ``mistakes`` holds everything that is wrong with it.
 
-    What is wrong in the same way in many rows of a column is one fault.
+    What is wrong in the same way in many rows of a column is one mistake.
     """
 
-    def __init__(self, faults: tuple[Fault, ...]) -> None:
-        self.faults = _folded(faults)
-        super().__init__("\n".join(str(fault) for fault in self.faults))
+    def __init__(self, mistakes: tuple[Mistake, ...]) -> None:
+        self.mistakes = _folded(mistakes)
+        super().__init__("\n".join(str(mistake) for mistake in self.mistakes))
 
 
-def _folded(faults: Iterable[Fault]) -> tuple[Fault, ...]:
-    """Return the faults, each sort of one column once, with the rows where it is found."""
-    rows: dict[Fault, list[int]] = {}
-    first: dict[Fault, Fault] = {}
-    distinct = list(dict.fromkeys(faults))
-    for fault in distinct[:MOST_KEPT]:
-        found = _ROW.fullmatch(fault.where)
-        sort = replace(fault, where=found[2] or "") if found else fault
-        first.setdefault(sort, fault)
+def _folded(mistakes: Iterable[Mistake]) -> tuple[Mistake, ...]:
+    """Return the mistakes, each sort of one column once, with the rows where it is found."""
+    rows: dict[Mistake, list[int]] = {}
+    first: dict[Mistake, Mistake] = {}
+    distinct = list(dict.fromkeys(mistakes))
+    for mistake in distinct[:MOST_KEPT]:
+        found = _ROW.fullmatch(mistake.where)
+        sort = replace(mistake, where=found[2] or "") if found else mistake
+        first.setdefault(sort, mistake)
         rows.setdefault(sort, []).extend([int(found[1])] if found else [])
     folded = tuple(
-        replace(fault, problem=f"{fault.problem}{also_in(rows[sort][1:])}")
-        for sort, fault in first.items()
+        replace(mistake, problem=f"{mistake.problem}{also_in(rows[sort][1:])}")
+        for sort, mistake in first.items()
     )
     more = len(distinct) - MOST_KEPT
-    last = Fault(distinct[-1].file, "", f"{more} more faults", "none") if more > 0 else None
+    last = Mistake(distinct[-1].file, "", f"{more} more mistakes", "none") if more > 0 else None
     return (*folded, last) if last else folded
 
 

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from kankaku.scenarios.reading.cell_texts import printable, shown
-from kankaku.scenarios.reading.mistakes import Fault
+from kankaku.scenarios.reading.mistakes import Mistake
 
 KNOWN = (
     "scenario.toml",
@@ -56,7 +56,7 @@ def uncollected() -> Iterator[None]:
             gc.enable()
 
 
-def folder_faults(folder: Path) -> list[Fault]:
+def folder_mistakes(folder: Path) -> list[Mistake]:
     """
     Return what is wrong with the name of a scenario's folder, which results and reports bear.
 
@@ -67,14 +67,14 @@ def folder_faults(folder: Path) -> list[Fault]:
 
     Returns
     -------
-    list[Fault]
+    list[Mistake]
         At most one.
     """
     name = folder.resolve().name
     if name and name.isprintable():
         return []
     problem = f"the folder's name {shown(name)} cannot be written"
-    return [Fault("scenario.toml", "", problem, "a folder with a name of letters and digits")]
+    return [Mistake("scenario.toml", "", problem, "a folder with a name of letters and digits")]
 
 
 def unread(folders: Iterable[Path], *, has_delays: bool) -> tuple[str, ...]:

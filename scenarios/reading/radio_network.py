@@ -11,7 +11,7 @@ from kankaku.railway.plan.line import Line
 from kankaku.railway.radio.cells import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
 from kankaku.scenarios.reading.fields import Name, Text
 from kankaku.scenarios.reading.files import Reader
-from kankaku.scenarios.reading.mistakes import Fault, ScenarioError
+from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError
 from kankaku.scenarios.reading.schema import check
 
 RADIO_FILE = "radio_network.toml"
@@ -29,7 +29,7 @@ class _Checked(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
-class SystemEntry(_Checked):
+class RadioSystemEntry(_Checked):
     """One way to bring commands to trains."""
 
     title: Text
@@ -78,7 +78,7 @@ class RadioFile(_Checked):
     cells: int = Field(ge=1, le=200)
     overlap_m: float = Field(ge=0.0, le=100000.0)
     late_s: float = Field(gt=0.0, le=60.0)
-    systems: dict[Name, SystemEntry] = Field(min_length=1)
+    systems: dict[Name, RadioSystemEntry] = Field(min_length=1)
     published: PublishedLoads | None = None
 
 
@@ -101,18 +101,18 @@ def load_radio_plan(folder: Path, line: Line) -> RadioPlan:
     Raises
     ------
     ScenarioError
-        With every fault of the file.
+        With every mistake of the file.
     """
     reader = Reader()
     data = reader.toml(folder / RADIO_FILE, "radio_network")
     file = None
     if data is not None:
-        file, faults = check(RadioFile, data, RADIO_FILE)
-        reader.faults += faults
+        file, mistakes = check(RadioFile, data, RADIO_FILE)
+        reader.mistakes += mistakes
     if file is not None:
-        reader.faults += _file_faults(file, line)
-    if reader.faults or file is None:
-        raise ScenarioError(tuple(reader.faults))
+        reader.mistakes += _file_mistakes(file, line)
+    if reader.mistakes or file is None:
+        raise ScenarioError(tuple(reader.mistakes))
     return RadioPlan(
         cells=Cells(np.linspace(line.start_m, line.end_m, file.cells + 1), file.overlap_m),
         late_s=file.late_s,
@@ -123,22 +123,24 @@ def load_radio_plan(folder: Path, line: Line) -> RadioPlan:
     )
 
 
-def _file_faults(file: RadioFile, line: Line) -> Iterator[Fault]:
+def _file_mistakes(file: RadioFile, line: Line) -> Iterator[Mistake]:
     cell_m = (line.end_m - line.start_m) / file.cells
     if file.overlap_m > cell_m:
         problem = f"{file.overlap_m:g} is longer than a cell"
         allowed = f"up to {cell_m:.0f}, so that two units at most serve a train"
-        yield Fault(RADIO_FILE, "overlap_m", problem, allowed)
+        yield Mistake(RADIO_FILE, "overlap_m", problem, allowed)
     for name, entry in file.systems.items():
-        for key, problem, allowed in _system_faults(entry, _to_system(name, entry)):
-            yield Fault(RADIO_FILE, f"systems.{name}.{key}", problem, allowed)
+        for key, problem, allowed in _system_mistakes(entry, _to_system(name, entry)):
+            yield Mistake(RADIO_FILE, f"systems.{name}.{key}", problem, allowed)
     for number, load in enumerate(file.published.loads if file.published else ()):
         if load.system not in file.systems:
             place, problem = f"published.loads.{number}.system", f"no system {load.system!r}"
-            yield Fault(RADIO_FILE, place, problem, ", ".join(file.systems))
+            yield Mistake(RADIO_FILE, place, problem, ", ".join(file.systems))
 
 
-def _system_faults(entry: SystemEntry, system: RadioSystem) -> Iterator[tuple[str, str, str]]:
+def _system_mistakes(
+    entry: RadioSystemEntry, system: RadioSystem
+) -> Iterator[tuple[str, str, str]]:
     """Yield key, problem and what is allowed."""
     if system.update_s < LEAST_UPDATE_S:
         problem = f"updates of {system.update_s:g} s"
@@ -162,7 +164,7 @@ def _system_faults(entry: SystemEntry, system: RadioSystem) -> Iterator[tuple[st
         yield "wired_packet_bytes", problem, f"{least_bytes} or more"
 
 
-def _to_system(name: str, entry: SystemEntry) -> RadioSystem:
+def _to_system(name: str, entry: RadioSystemEntry) -> RadioSystem:
     return RadioSystem(
         name=name,
         title=entry.title,

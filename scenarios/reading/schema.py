@@ -28,7 +28,7 @@ from kankaku.scenarios.reading.fields import (
     SweptDelay,
     Text,
 )
-from kankaku.scenarios.reading.mistakes import Fault
+from kankaku.scenarios.reading.mistakes import Mistake
 
 M = TypeVar("M", bound=BaseModel)
 MOST_TOLD = 50
@@ -39,7 +39,7 @@ class _Checked(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
-class Controller(_Checked):
+class ControllerEntry(_Checked):
     """
     A named pair of protection and operation, or a peer.
 
@@ -176,7 +176,7 @@ class ScenarioFile(_Checked):
     overstays: tuple[OverstayEntry, ...] = Field((), strict=False, max_length=MOST)
     sweep: SweepEntry | None = None
     published: PublishedEntry | None = None
-    controllers: dict[Name, Controller] = Field(min_length=1)
+    controllers: dict[Name, ControllerEntry] = Field(min_length=1)
 
 
 class TractionEntry(_Checked):
@@ -395,7 +395,7 @@ def columns(model: type[Row], *, required: bool = False) -> tuple[str, ...]:
     )
 
 
-def check(model: type[M], data: Mapping[str, Any], file: str) -> tuple[M | None, list[Fault]]:
+def check(model: type[M], data: Mapping[str, Any], file: str) -> tuple[M | None, list[Mistake]]:
     """
     Check a TOML file against its schema.
 
@@ -406,22 +406,22 @@ def check(model: type[M], data: Mapping[str, Any], file: str) -> tuple[M | None,
     data
         What the file holds.
     file
-        Name of the file, for the faults.
+        Name of the file, for the mistakes.
 
     Returns
     -------
-    tuple[M | None, list[Fault]]
-        The checked object, or nothing and every fault.
+    tuple[M | None, list[Mistake]]
+        The checked object, or nothing and every mistake.
     """
     try:
         return model.model_validate(data), []
     except ValidationError as error:
         details = error.errors(include_url=False)
-        faults = [
-            Fault(file, *explained(model, detail["loc"], detail["type"], detail["input"]))
+        mistakes = [
+            Mistake(file, *explained(model, detail["loc"], detail["type"], detail["input"]))
             for detail in details[:MOST_TOLD]
         ]
         if len(details) > MOST_TOLD:
             problem = f"{len(details) - MOST_TOLD} more keys are wrong"
-            faults.append(Fault(file, "", problem, "keys as documented"))
-        return None, faults
+            mistakes.append(Mistake(file, "", problem, "keys as documented"))
+        return None, mistakes

@@ -21,7 +21,7 @@ class Blind(MovingBlock):
 
     def authorise(self, state: LineState, memory: Ahead) -> tuple[Authority, Ahead]:
         authority, memory = super().authorise(state, memory)
-        return authority._replace(limit_m=state.front_m + FREE_WAY_M), memory
+        return authority._replace(eoa_m=state.front_m + FREE_WAY_M), memory
 
 
 class Stuck(MovingBlock):

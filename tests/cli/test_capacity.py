@@ -188,7 +188,7 @@ def test_a_train_alone_on_its_line_has_a_headway_and_no_occupation(place: Path) 
 class Blank(MovingBlock):
     """Cannot say beforehand what it will permit."""
 
-    def limit_behind_m(self, *_: object) -> FloatArray:
+    def eoa_behind_m(self, *_: object) -> FloatArray:
         msg = "cannot say"
         raise ValueError(msg)
 
@@ -206,7 +206,7 @@ def test_a_controller_that_cannot_be_assessed_costs_no_other(
     assert "Traceback" not in screen.complaints
     results = tmp_path / "out" / "small_capacity"
     assert set(pd.read_csv(results / "headways.csv")["controller"]) == {"plain"}
-    assert "limit_behind_m" in (results / "failures" / "second.txt").read_text("utf-8")
+    assert "eoa_behind_m" in (results / "failures" / "second.txt").read_text("utf-8")
     alone = kankaku(*command, "--controller", "second")
     assert alone.status == FAILED
     assert not alone.answers

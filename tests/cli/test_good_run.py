@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from kankaku.analysis.results import read_results
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from tests.cli.command import (
     PROJECT,
     Screen,

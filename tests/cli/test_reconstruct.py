@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from kankaku.scenarios.reading.load import load
-from kankaku.scenarios.reading.reconstruct import main
+from kankaku.scenarios.loading.load import load
+from kankaku.scenarios.loading.reconstruct import main
 from tests.unit.scenario_folder import replace, write_scenario
 
 PUBLIC = """\

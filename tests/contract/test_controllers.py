@@ -119,9 +119,9 @@ def test_same_state_same_answer_and_answers_are_sound(
         assert np.all(advice.ceiling_mps >= 0.0)
         assert set(advice.reason.tolist()) <= declared
         assert advice.cause is None or set(advice.cause.tolist()) <= known
-        assert set(authority.limit_by.tolist()) <= known
+        assert set(authority.eoa_by.tolist()) <= known
         assert set(authority.ceiling_by.tolist()) <= known
-        assert np.all(np.isfinite(authority.limit_m))
+        assert np.all(np.isfinite(authority.eoa_m))
         assert np.all(authority.ceiling_mps[state.present] >= 0.0)
         assert_never_beyond_the_train_ahead(scenario, state, authority, honest.separation)
 
@@ -150,17 +150,17 @@ def test_what_a_protection_says_beforehand_is_what_it_permits(
         for row in np.flatnonzero(outside).tolist():
             leader, call = int(state.leader[row]), int(state.next_call[row])
             latest, oldest = (
-                foresight.limit_behind_m(
+                foresight.eoa_behind_m(
                     row, call, leader, seen.front_m[[leader]], seen.speed_mps[[leader]]
                 )[0]
                 for seen in (state, before)
             )
             # Who stands further on already stays there.
-            assert authority.limit_m[row] <= max(latest, state.front_m[row]) + 1e-9
-            granted = min(state.granted_m[row], before.granted_m[row]) >= world.far_m
+            assert authority.eoa_m[row] <= max(latest, state.front_m[row]) + 1e-9
+            granted = min(state.granted_to_m[row], before.granted_to_m[row]) >= world.far_m
             if granted and before.leader[row] == leader and state.present[leader]:
                 # Nothing but this leader is in the way, nor was then.
-                permitted_m = max(authority.limit_m[row], state.front_m[row])
+                permitted_m = max(authority.eoa_m[row], state.front_m[row])
                 # A centre that plans a train's run permits no more than it has planned.
                 planned = authority.link and np.isfinite(authority.link.commanded_mps[row])
                 assert planned or min(oldest, latest) - 1e-6 <= permitted_m
@@ -185,7 +185,7 @@ def assert_never_beyond_the_train_ahead(
             if place.start_m < state.front_m[other] and state.tail_m[other] < place.end_m:
                 # Who stands further on already stays there.
                 most_m = max(rear_m[other], place.start_m, state.front_m[row])
-                assert authority.limit_m[row] <= most_m + 1e-9
+                assert authority.eoa_m[row] <= most_m + 1e-9
 
 
 def short_turn_in_a_loop() -> Scenario:

@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.failures.unit_failures import Fault
+from kankaku.railway.failures.unit_failures import UnitFailure
 from kankaku.railway.loop.simulate import simulate
 from kankaku.railway.plan.line import Gradient, Line, Section, SpeedLimit, Track, Turnout
+from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.timetable import Call, Service
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import LOSSLESS, RadioSpec
 from kankaku.railway.step.control import Controller
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.railway.step.records import RunRecord
@@ -93,7 +93,7 @@ def run(
     controller: Controller | None = None,
     delay_s: FloatArray | None = None,
     radio: RadioSpec | None = None,
-    faults: Sequence[Fault] | None = None,
+    unit_failures: Sequence[UnitFailure] | None = None,
 ) -> tuple[RunRecord, Observed]:
     """
     Run a scenario; the delays are the scenario's own where None.
@@ -113,7 +113,7 @@ def run(
         patience_s=scenario.patience_s,
         disruptions=scenario.disruptions,
         radio=radio or LOSSLESS,
-        faults=faults,
+        unit_failures=unit_failures,
     )
     return record, engine
 

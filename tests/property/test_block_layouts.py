@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from kankaku.controllers.drive import TractionDrive
 from kankaku.controllers.registry import PROTECTIONS, ControllerError, Medium, build
 from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray
-from kankaku.railway.plan.disruptions import unobstructed
 from kankaku.railway.plan.line import Block, Gradient, Line, Platform, Section, SpeedLimit, Track
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.railway.plan.timetable import Call, Service
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Separation
+from kankaku.railway.step.obstructions import unobstructed
 from kankaku.railway.step.state import NO_REASON, NOTHING, Advice, Events, LineState
 from tests.worlds import commuter_train, make_scenario, stations_at, world_of
 
@@ -124,7 +124,7 @@ def state_of(world: World, time_s: float, front_m: FloatArray, speed_mps: FloatA
         leader=np.where(behind, np.arange(size) - 1, -1),
         follows=behind,
         clear_to_m=np.where(behind, np.roll(tail_m, 1), far_m),
-        granted_m=far_m,
+        granted_to_m=far_m,
         granted_by=np.full(size, NOTHING),
         next_call=np.ones(size, dtype=np.intp),
         stop_m=far_m,
@@ -139,8 +139,8 @@ def fastest_start(rng: np.random.Generator, protection: Any, front_m: FloatArray
     speed_mps = np.zeros(front_m.size)
     for row in range(1, front_m.size, 2):
         ahead_m = front_m[[row - 1]]
-        limit_m = protection.limit_behind_m(row, 1, row - 1, ahead_m, np.zeros(1))
-        permitted = protection.permitted_mps(row, front_m[[row]], limit_m)[0]
+        eoa_m = protection.eoa_behind_m(row, 1, row - 1, ahead_m, np.zeros(1))
+        permitted = protection.permitted_mps(row, front_m[[row]], eoa_m)[0]
         speed_mps[row] = permitted * rng.choice([1.0, 1.0, rng.random()])
     return speed_mps
 
@@ -186,7 +186,7 @@ def run_on(
         yield state
         if codes_only:
             # Else the drive would brake in time whatever the codes are.
-            authority = authority._replace(limit_m=state.stop_m)
+            authority = authority._replace(eoa_m=state.stop_m)
         next_mps = drive.command(state, authority, nothing).speed_mps.copy()
         leading = speed_mps[::2]
         going = (time_s >= ahead.starts_s) & (time_s < ahead.brakes_s)

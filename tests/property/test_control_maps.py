@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, PointsFailure
 from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.radio_spec import LOSSLESS
 from kankaku.railway.plan.scenario import Scenario
-from kankaku.railway.radio.data_link import LOSSLESS
 from tests.property.runs import READY_S, loop_station_scenario
 from tests.unit.test_control_map import on_map
 from tests.worlds import merge_scenario, two_station_scenario
@@ -49,7 +49,7 @@ def days(draw: st.DrawFn) -> Scenario:
 
 @st.composite
 def zones(draw: st.DrawFn, line: Line, number: int) -> Closure | None:
-    """Return a work zone away from points, or a fault, or nothing."""
+    """Return a work zone away from points, or a failure, or nothing."""
     if draw(st.booleans()):
         return None
     track = draw(st.sampled_from(sorted(line.track_by_id)))
@@ -58,7 +58,7 @@ def zones(draw: st.DrawFn, line: Line, number: int) -> Closure | None:
     from_s = READY_S + draw(st.floats(0.0, 300.0))
     until_s = from_s + draw(st.floats(10.0, 200.0))
     released_s = until_s + draw(st.sampled_from([0.0, 40.0]))
-    cause = draw(st.sampled_from([Cause.WORK, Cause.FAULT]))
+    cause = draw(st.sampled_from([Cause.WORK, Cause.FAILURE]))
     ends_m = start_m, start_m + 80.0
     return Closure(f"zone{number}", cause, (track,), *ends_m, from_s, until_s, released_s)
 

@@ -11,12 +11,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from kankaku.railway.motion.eco_run import eco, net_energy_j
-from kankaku.railway.motion.path import Way, way_on
 from kankaku.railway.motion.run_curve import fastest
+from kankaku.railway.motion.way import Way, way_on
 from kankaku.railway.plan.line import Gradient, Line, SpeedLimit
 from kankaku.railway.plan.profile import build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from tests.property.dense_optimum import Optimum, dense_optimum
 from tests.property.dense_run import dense_run, restrictions
 from tests.worlds import commuter_train, straight_line

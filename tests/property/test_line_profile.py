@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from kankaku.railway.plan.line import Curve, Gradient, Line, SpeedLimit
+from kankaku.railway.plan.line import Gradient, Line, SpeedLimit, TrackCurve
 from kankaku.railway.plan.profile import Profile, build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
 from tests.property.runs import GRAVITY, mean_slope, random_gradients, random_limits
@@ -114,7 +114,7 @@ def test_gradient_drag_is_the_mean_slope_under_the_train(gradients: list[Gradien
 
 
 def test_a_curve_drags_in_proportion_to_the_part_of_the_train_on_it() -> None:
-    curved = replace(line_of(), curves=(Curve(1000.0, 1300.0, 400.0),))
+    curved = replace(line_of(), curves=(TrackCurve(1000.0, 1300.0, 400.0),))
     profile = build_profile(curved, [TRAIN])
     # 600 / 400 kgf per tonne.
     whole = 600.0 / 400.0 * 1e-3 * GRAVITY / 1.08

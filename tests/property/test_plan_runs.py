@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from kankaku.controllers.control_map.planned_run import (
     Pace,
-    Place,
+    RunPlace,
     Trains,
     run,
     stopping_place_m,
@@ -79,26 +79,26 @@ def rising_limits(draw: st.DrawFn) -> FloatArray:
         for _ in range(8)
     ]
     moved_m = np.resize(np.concatenate(steps), MOMENTS).cumsum()
-    limit_m: FloatArray = draw(st.floats(700.0, 1500.0)) + moved_m
-    return np.minimum(limit_m, END_M)
+    eoa_m: FloatArray = draw(st.floats(700.0, 1500.0)) + moved_m
+    return np.minimum(eoa_m, END_M)
 
 
 @MANY
 @given(random_gradients(END_M), random_limits(END_M), rising_limits(), st.floats(0.0, 12.0))
 def test_a_run_can_stop_before_its_limit_at_every_moment(
-    gradients: list[Gradient], limits: list[SpeedLimit], limit_m: FloatArray, speed_mps: float
+    gradients: list[Gradient], limits: list[SpeedLimit], eoa_m: FloatArray, speed_mps: float
 ) -> None:
     world = world_with(gradients, limits)
     trains = trains_on(world)
     slow = min(speed_mps, *(limit.limit_mps for limit in limits), 12.0)
     front_m, planned_mps = np.empty(MOMENTS), np.empty(MOMENTS)
-    limit_square = at_each(trains.square, limit_m, np.full(1, trains.row_start[0]))
-    place = Place(400.0, slow, 1, np.inf)
+    limit_square = at_each(trains.square, eoa_m, np.full(1, trains.row_start[0]))
+    place = RunPlace(400.0, slow, 1, np.inf)
     cap_mps = np.full(MOMENTS - 1, np.inf)
     run(trains, 0, place, 0.0, cap_mps, limit_square, front_m, planned_mps)
     for moment in range(0, MOMENTS, 6):
         stop_m = stops_at_m(world, front_m[moment], planned_mps[moment])
-        assert stop_m <= limit_m[moment] + 0.1
+        assert stop_m <= eoa_m[moment] + 0.1
     assert np.all(planned_mps >= 0.0)
     assert np.all(np.diff(front_m) >= 0.0)
     assert np.all(front_m <= STOP_M + 0.5)
@@ -127,7 +127,7 @@ def test_a_free_run_is_the_run_that_the_drive_makes(
         _, arrival_s, hindered = run(
             trains,
             0,
-            Place(300.0, 0.0, 1, np.inf),
+            RunPlace(300.0, 0.0, 1, np.inf),
             0.0,
             nothing[1:],
             nothing,

@@ -8,8 +8,8 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
+from kankaku.railway.plan.radio_spec import RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import RadioSpec
 from kankaku.railway.step.state import Authority, LineState
 from tests.property.runs import controller_of, loop_station_scenario, run
 from tests.worlds import merge_scenario, two_station_scenario, world_of
@@ -36,8 +36,8 @@ class Compared:
         authority, by_radio = self._protection.authorise(state, memory[0])
         plain, true = self._plain.authorise(state, memory[1])
         # Who has heard nothing yet is to stay where it stands.
-        most_m = np.maximum(plain.limit_m, state.front_m)
-        self.gaps_m += (most_m - authority.limit_m)[state.present].tolist()
+        most_m = np.maximum(plain.eoa_m, state.front_m)
+        self.gaps_m += (most_m - authority.eoa_m)[state.present].tolist()
         assert np.array_equal(authority.ceiling_mps, plain.ceiling_mps)
         return authority, (by_radio, true)
 

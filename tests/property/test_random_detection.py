@@ -207,7 +207,7 @@ def test_circuits_tile_every_block_and_every_route(seed: int) -> None:
             assert start_m[1:].tolist() == end_m[:-1].tolist()
 
 
-def expected_danger_m(scene: Scene, row: int, granted_m: float, seen: Occupancy) -> float:
+def expected_danger_m(scene: Scene, row: int, granted_to_m: float, seen: Occupancy) -> float:
     line, front_m = scene.world.line, scene.front_m[row]
     route = scene.world.timetable.services[row].route
     mine = [(n, c) for n, c in enumerate(line.track_circuits) if c.track in route]
@@ -217,7 +217,7 @@ def expected_danger_m(scene: Scene, row: int, granted_m: float, seen: Occupancy)
         for number, circuit in mine
         if circuit.start_m < front_m <= circuit.end_m and seen.foremost[number] != row
     ]
-    closed_m = [granted_m]
+    closed_m = [granted_to_m]
     for turnout in line.turnouts:
         locked = any(
             scene.within(turnout, other) and scene.other_way(turnout, row, other)
@@ -241,19 +241,19 @@ def test_danger_is_the_first_circuit_ahead_that_is_not_free(seed: int) -> None:
     for step in range(6):
         scene = random_scene(rng, world)
         anywhere_m = rng.uniform(0.0, world.line.end_m, world.size)
-        granted_m = np.where(rng.random(world.size) < 0.5, world.far_m, anywhere_m)
+        granted_to_m = np.where(rng.random(world.size) < 0.5, world.far_m, anywhere_m)
         seen = look(detection, 25_200.0 + 0.5 * step, scene, seen)
-        danger_m = detection.danger_m(*scene[1:], granted_m, seen)
+        danger_m = detection.danger_m(*scene[1:], granted_to_m, seen)
         for row in range(world.size):
             expected_m = np.inf
             if scene.present[row]:
-                expected_m = expected_danger_m(scene, row, granted_m[row], seen)
+                expected_m = expected_danger_m(scene, row, granted_to_m[row], seen)
             assert danger_m[row] == expected_m
 
 
-def granted_m(scene: Scene) -> FloatArray:
+def granted_to_m(scene: Scene) -> FloatArray:
     """Grant points to the foremost train that has not cleared them, and to all on its way."""
-    granted_m = np.full(scene.world.size, scene.world.far_m)
+    granted_to_m = np.full(scene.world.size, scene.world.far_m)
     for turnout in scene.world.line.turnouts:
         coming = [
             row
@@ -264,8 +264,8 @@ def granted_m(scene: Scene) -> FloatArray:
         for row in coming:
             outside = scene.front_m[row] <= turnout.fouling_start_m
             if outside and scene.other_way(turnout, row, first):
-                granted_m[row] = min(granted_m[row], turnout.fouling_start_m)
-    return granted_m
+                granted_to_m[row] = min(granted_to_m[row], turnout.fouling_start_m)
+    return granted_to_m
 
 
 def scene_apart(rng: np.random.Generator, world: World) -> Scene:
@@ -289,7 +289,7 @@ def test_trains_that_stop_before_danger_never_enter_an_occupied_circuit(seed: in
     scene = scene_apart(rng, world)
     seen = look(detection, 25_200.0, scene, detection.initial())
     for step in range(1, 40):
-        danger_m = detection.danger_m(*scene[1:], granted_m(scene), seen)
+        danger_m = detection.danger_m(*scene[1:], granted_to_m(scene), seen)
         wanted_m = scene.front_m + rng.uniform(0.0, 60.0, world.size)
         front_m = np.maximum(scene.front_m, np.minimum(wanted_m, danger_m))
         moved = scene_at(world, front_m, scene.present & (front_m < world.line.end_m))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.motion.run_curve import RunCurve, RunTimeError, fastest_run, timed_run
 from kankaku.railway.plan.buffers import Buffers
-from kankaku.railway.plan.line import Curve, Line
+from kankaku.railway.plan.line import Line, TrackCurve
 from tests.property.dense_run import (
     GRAVITY,
     NO_RADIO,
@@ -91,7 +91,7 @@ def tasks(draw: st.DrawFn, steepest: float = STEEP, *, from_rest: bool = False) 
     gradients = draw(random_gradients(END_M, steepest))
     limits = draw(random_limits(END_M))
     curve_m = draw(st.floats(0.0, 3000.0))
-    curve = Curve(curve_m, curve_m + 400.0, draw(st.floats(250.0, 1000.0)))
+    curve = TrackCurve(curve_m, curve_m + 400.0, draw(st.floats(250.0, 1000.0)))
     plain = straight_line({"west": 300.0}, END_M, gradients, limits)
     start_m = draw(st.floats(0.0, 1500.0))
     stop_m = start_m + draw(st.floats(300.0, 2400.0))

@@ -38,7 +38,7 @@ class Compared:
         detection, (before, seen, honest) = self._detection, memory
         seen = detection.look(state.time_s, state.front_m, state.tail_m, state.present, seen)
         wanted_m = detection.danger_m(
-            state.front_m, state.tail_m, state.present, state.granted_m, seen
+            state.front_m, state.tail_m, state.present, state.granted_to_m, seen
         )
         sight = detection.look_ahead(state, before)
         assert np.array_equal(sight.danger_m, wanted_m)

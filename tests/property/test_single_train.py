@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kankaku.railway.plan.line import Curve, Gradient, SpeedLimit
+from kankaku.railway.plan.line import Gradient, SpeedLimit, TrackCurve
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.scenario import Scenario
 from tests.property.runs import (
@@ -167,7 +167,7 @@ def test_work_and_energy_balance_on_gradients_and_curves(
     scenario = solo_scenario(
         train, [300.0, 1300.0, 2300.0], END_M, gradients=level_end, limits=limits, step_s=step_s
     )
-    curve = Curve(700.0, 1900.0, 350.0)
+    curve = TrackCurve(700.0, 1900.0, 350.0)
     scenario = replace(scenario, line=replace(scenario.line, curves=(curve,)))
     record, engine = run(scenario)
     energy = record.energy

@@ -48,7 +48,7 @@ def closures(draw: st.DrawFn, line: Line, name: str) -> Closure:
     tracks = line.tracks_between(start_m, end_m)
     return Closure(
         name,
-        Cause.WORK if work else Cause.FAULT,
+        Cause.WORK if work else Cause.FAILURE,
         (draw(st.sampled_from(tracks)),) if draw(st.booleans()) else tracks,
         start_m,
         end_m,

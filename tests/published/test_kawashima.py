@@ -8,12 +8,12 @@ from typing import NamedTuple
 import pytest
 
 from kankaku.railway.motion.eco_run import eco, net_energy_j
-from kankaku.railway.motion.path import way_on
 from kankaku.railway.motion.run_curve import fastest
+from kankaku.railway.motion.way import way_on
 from kankaku.railway.plan.line import Line, SpeedLimit
 from kankaku.railway.plan.profile import build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from tests.worlds import straight_line
 
 SUPPLEMENT = 0.0385

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from kankaku.controllers.operation.approach_point import Plans
+from kankaku.controllers.operation.approach_point import ApproachPlans
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.control import Operation
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Advice, Authority, LineState
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from tests.property.runs import Observed, run
 from tests.worlds import world_of
 
@@ -62,18 +62,20 @@ def rear_buffer_m(front_m: FloatArray | float) -> FloatArray | float:
 class Remembered:
     """An operation that keeps its plans."""
 
-    def __init__(self, operation: Operation[Plans]) -> None:
+    def __init__(self, operation: Operation[ApproachPlans]) -> None:
         self._operation = operation
-        self.plans: list[Plans] = []
+        self.plans: list[ApproachPlans] = []
 
-    def initial(self) -> Plans:
+    def initial(self) -> ApproachPlans:
         return self._operation.initial()
 
     @property
     def reasons(self) -> tuple[str, ...]:
         return self._operation.reasons
 
-    def advise(self, state: LineState, authority: Authority, memory: Plans) -> tuple[Advice, Plans]:
+    def advise(
+        self, state: LineState, authority: Authority, memory: ApproachPlans
+    ) -> tuple[Advice, ApproachPlans]:
         advice, plans = self._operation.advise(state, authority, memory)
         if plans is not memory:
             self.plans.append(plans)
@@ -86,7 +88,7 @@ class Run:
 
     record: RunRecord
     engine: Observed
-    plans: tuple[Plans, ...]
+    plans: tuple[ApproachPlans, ...]
 
     @property
     def departed_s(self) -> float:

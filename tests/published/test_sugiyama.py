@@ -19,8 +19,8 @@ from kankaku.railway.failures.fault_tree import joint_probability, minimal_cut_s
 from kankaku.railway.motion.journey import booked_journey
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.radio.cells import Link
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.dependability_files import load_configurations, load_fault_tree
-from kankaku.scenarios.reading.load import load
 from kankaku.scenarios.reading.radio_network import load_radio_plan
 from kankaku.studies import study
 from kankaku.studies.radio_study import EvenTrains, FullCell, Question, perform

@@ -7,7 +7,7 @@ import pytest
 
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.records import RunRecord
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.studies import study
 
 FOLDER = Path(__file__).parents[2] / "scenarios" / "atd_headway"

@@ -8,8 +8,8 @@ import pytest
 
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.loop import simulate
-from kankaku.railway.loop.recorder import StepBlock
 from kankaku.railway.safety.monitor import Monitor
+from kankaku.railway.step.step_block import StepBlock
 from kankaku.studies import study
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "binding"

@@ -53,7 +53,7 @@ def site_of(
         train_type=train,
         stop_m=STOP_M,
         delay_s=delay_s,
-        limit_m=np.array([gate_m, END_M]),
+        eoa_m=np.array([gate_m, END_M]),
         since_departure_s=np.array([0.0, OPENS_S]),
     )
 

@@ -15,8 +15,9 @@ from kankaku.analysis.figures.map_window import Window, window_of
 from kankaku.analysis.publish.study_publishing import publish
 from kankaku.analysis.results import run_folder, stations_frame
 from kankaku.analysis.tables.run_tables import RunTables, run_tables, write_run
-from kankaku.railway.plan.disruptions import Cause, Obstruction
+from kankaku.railway.plan.disruptions import Cause
 from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.step.obstructions import Obstruction
 from tests.records import READY_S, Stand, make_record, punctual, run_times_s, three_station_world
 from tests.unit.test_control_map_scenario import SCENARIO, TURNOUT, failed, run
 from tests.worlds import make_scenario

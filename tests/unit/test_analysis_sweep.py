@@ -22,8 +22,8 @@ from kankaku.analysis.tables.sweep import (
     shortenings_s,
     shown_delays_s,
     sweep_frame,
-    sweep_texts,
 )
+from kankaku.analysis.texts.sweep_texts import sweep_texts
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.scenario import Published, Scenario, Sweep
 from kankaku.railway.step.records import Unfinished, Violation

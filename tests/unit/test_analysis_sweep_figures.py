@@ -13,8 +13,8 @@ from matplotlib.text import Annotation
 from kankaku.analysis.figures.drawing import colour, write_figure
 from kankaku.analysis.figures.interval_diagram import interval_figure
 from kankaku.analysis.figures.speed_distance import (
-    Curve,
     Panel,
+    SpeedCurve,
     follower_panels,
     speed_distance_figure,
 )
@@ -73,8 +73,10 @@ def test_the_published_interval_is_a_line_across_with_its_value() -> None:
     assert len(drawn(intervals).lines) == 2
 
 
-def curves(*speeds_mps: float) -> list[Curve]:
-    return [Curve(f"{speed:g}", CHAINAGE_M, np.array([0.0, speed, 0.0])) for speed in speeds_mps]
+def curves(*speeds_mps: float) -> list[SpeedCurve]:
+    return [
+        SpeedCurve(f"{speed:g}", CHAINAGE_M, np.array([0.0, speed, 0.0])) for speed in speeds_mps
+    ]
 
 
 def legend_of(figure: Figure) -> list[str]:

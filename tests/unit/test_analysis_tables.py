@@ -10,20 +10,14 @@ import pytest
 from kankaku.analysis.publish.study_publishing import publish
 from kankaku.analysis.results import COLUMNS, columns_frame, read_results, run_folder
 from kankaku.analysis.tables.columns import csv_text, read_csv, typed_frame
-from kankaku.analysis.tables.compare import (
-    INDICATORS,
-    change_pct,
-    change_text,
-    comparison,
-    comparison_note,
-    comparison_texts,
-    half_width,
-)
+from kankaku.analysis.tables.compare import INDICATORS, change_pct, comparison, half_width
 from kankaku.analysis.tables.run_tables import REASONS, RunTables, run_tables, write_run
 from kankaku.analysis.tables.summary import SUMMARY, summary_frame
+from kankaku.analysis.texts.comparison_texts import change_text, comparison_note, comparison_texts
 from kankaku.analysis.texts.report import reason_shares, report_text
-from kankaku.railway.plan.disruptions import Cause, Obstruction
+from kankaku.railway.plan.disruptions import Cause
 from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.records import RAW_TABLES, Column, Unfinished, Violation
 from kankaku.railway.step.state import Reason
 from tests.records import (

@@ -121,8 +121,8 @@ def moving_off(tail_m: float, from_s: float = 0.0) -> tuple[FloatArray, FloatArr
 
 
 def test_behind_an_authority_that_moves_with_the_leader_there_is_nothing_to_plan() -> None:
-    limit_m, since_s = moving_off(1790.0)
-    site = site_of(plain_train())._replace(limit_m=limit_m, since_departure_s=since_s)
+    eoa_m, since_s = moving_off(1790.0)
+    site = site_of(plain_train())._replace(eoa_m=eoa_m, since_departure_s=since_s)
     assert approach_point(site) is None
 
 
@@ -134,7 +134,7 @@ def test_of_two_gates_the_one_that_lets_the_train_arrive_sooner_counts() -> None
     """Whoever runs up to the later gate may brake for it past the earlier one."""
     second_m, second_s = 1900.0, OPENS_S + 2.0
     site = site_of(plain_train())._replace(
-        limit_m=np.array([GATE_M, second_m, END_M]),
+        eoa_m=np.array([GATE_M, second_m, END_M]),
         since_departure_s=np.array([0.0, OPENS_S, second_s]),
     )
     point = point_of(site)
@@ -149,7 +149,7 @@ def test_the_run_in_never_needs_an_authority_before_it_is_there(tail_mps: float)
     """Beyond the gate authority follows a slow tail: each place needs its own brake curve's end."""
     moved_m = np.arange(0.0, 400.0, 0.5)
     site = site_of(plain_train())._replace(
-        limit_m=np.append(GATE_M, GATE_M + 10.0 + moved_m),
+        eoa_m=np.append(GATE_M, GATE_M + 10.0 + moved_m),
         since_departure_s=np.append(0.0, OPENS_S + moved_m / tail_mps),
     )
     point = point_of(site)

@@ -9,7 +9,7 @@ import pytest
 
 from kankaku.controllers.operation import approach_point as rules
 from kankaku.controllers.operation.approach_plan import ApproachPoint, Site, approach_point
-from kankaku.controllers.operation.approach_point import Plans
+from kankaku.controllers.operation.approach_point import ApproachPlans
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.controllers.registry import ControllerError, build
 from kankaku.railway.arrays import FloatArray
@@ -45,21 +45,23 @@ class Asked(NamedTuple):
     state: LineState
     authority: Authority
     advice: Advice
-    plans: Plans
+    plans: ApproachPlans
 
 
 class Watched:
     """An operation that keeps what it was asked and what it answered."""
 
-    def __init__(self, operation: Operation[Plans]) -> None:
+    def __init__(self, operation: Operation[ApproachPlans]) -> None:
         self._operation = operation
         self.reasons = operation.reasons
         self.asked: list[Asked] = []
 
-    def initial(self) -> Plans:
+    def initial(self) -> ApproachPlans:
         return self._operation.initial()
 
-    def advise(self, state: LineState, authority: Authority, memory: Plans) -> tuple[Advice, Plans]:
+    def advise(
+        self, state: LineState, authority: Authority, memory: ApproachPlans
+    ) -> tuple[Advice, ApproachPlans]:
         advice, plans = self._operation.advise(state, authority, memory)
         self.asked.append(Asked(state, authority, advice, plans))
         return advice, plans

@@ -86,8 +86,8 @@ def test_the_limit_is_the_occupied_circuit_less_the_overlap() -> None:
     world = world_with()
     atd = Atd(world, AtdOptions())
     authority, _ = atd.authorise(behind(world, LEADER_M, 700.0, 10.0), atd.initial())
-    assert authority.limit_m[1] == pytest.approx(STOP_M)
-    assert atd.limit_behind_m(1, 1, 0, np.array([LEADER_M]), np.zeros(1)) == pytest.approx(STOP_M)
+    assert authority.eoa_m[1] == pytest.approx(STOP_M)
+    assert atd.eoa_behind_m(1, 1, 0, np.array([LEADER_M]), np.zeros(1)) == pytest.approx(STOP_M)
 
 
 @pytest.mark.parametrize("start_kmh", [30.0, 60.0, 90.0, 110.0])

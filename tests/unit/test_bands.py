@@ -115,6 +115,6 @@ def test_the_second_channel_works_out_what_is_free(
     """Points lie from 940 m to 1060 m and from 1740 m to 1860 m; trains are 200 m long."""
     ways = ways_of(world_of(loop_station_scenario(2)))
     front_m = np.array(fronts_m)
-    granted_m = np.array([5000.0, 2900.0])
-    found_m = free_to_m(front_m, front_m - 200.0, np.array([gone, False]), granted_m, ways)
+    granted_to_m = np.array([5000.0, 2900.0])
+    found_m = free_to_m(front_m, front_m - 200.0, np.array([gone, False]), granted_to_m, ways)
     assert found_m.tolist() == [5000.0, free_m]

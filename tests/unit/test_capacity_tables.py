@@ -15,14 +15,14 @@ from kankaku.analysis.tables.capacity_tables import (
     CAPACITY,
     HEADWAYS,
     LEVELS,
-    Assessment,
+    CapacityAssessment,
     blocking_times_frame,
     capacity_frame,
     distinct,
-    headway_texts,
     headways_frame,
     level_of,
 )
+from kankaku.analysis.texts.capacity_texts import headway_texts
 from kankaku.railway.capacity.blocking_time import Headway
 from kankaku.studies import study
 from kankaku.studies.capacity_study import assess_by_theory
@@ -45,7 +45,7 @@ def chosen(tmp_path_factory: pytest.TempPathFactory) -> study.Study:
 
 
 @pytest.fixture(scope="module")
-def found(chosen: study.Study) -> tuple[Assessment, ...]:
+def found(chosen: study.Study) -> tuple[CapacityAssessment, ...]:
     return tuple(assess_by_theory(chosen, spec) for spec in chosen.specs)
 
 
@@ -63,7 +63,7 @@ def test_the_targets_of_the_paper_reach_their_levels() -> None:
 
 
 def test_headways_have_a_row_per_station_and_the_margin_to_the_least_booked_interval(
-    chosen: study.Study, found: tuple[Assessment, ...]
+    chosen: study.Study, found: tuple[CapacityAssessment, ...]
 ) -> None:
     frame = headways_frame(found, chosen.scenario.timetable)
     assert list(frame.columns) == [column.name for column in HEADWAYS]
@@ -82,7 +82,9 @@ def test_headways_have_a_row_per_station_and_the_margin_to_the_least_booked_inte
     assert set(atd["critical_block"]) <= {"n1", "n2", "m1", "s1", "s2"}
 
 
-def test_capacity_is_scheduled_speed_times_trains_per_hour(found: tuple[Assessment, ...]) -> None:
+def test_capacity_is_scheduled_speed_times_trains_per_hour(
+    found: tuple[CapacityAssessment, ...],
+) -> None:
     frame = capacity_frame(found)
     assert list(frame.columns) == [column.name for column in CAPACITY]
     row = frame.iloc[0]
@@ -99,7 +101,7 @@ def test_capacity_is_scheduled_speed_times_trains_per_hour(found: tuple[Assessme
 
 
 def test_blocking_times_name_every_block_that_the_train_needs(
-    found: tuple[Assessment, ...],
+    found: tuple[CapacityAssessment, ...],
 ) -> None:
     frame = blocking_times_frame(found)
     assert list(frame.columns) == [column.name for column in BLOCKING_TIMES]
@@ -111,7 +113,7 @@ def test_blocking_times_name_every_block_that_the_train_needs(
 
 
 def test_controllers_over_one_protection_share_a_column(
-    chosen: study.Study, found: tuple[Assessment, ...]
+    chosen: study.Study, found: tuple[CapacityAssessment, ...]
 ) -> None:
     # The second controller has the default margin of 25 m, the first one 10 m.
     assert [len(group) for group in distinct(found)] == [1, 1, 1]
@@ -133,7 +135,7 @@ def test_controllers_over_one_protection_share_a_column(
 
 
 def test_the_diagram_has_the_levels_the_targets_and_a_point_per_protection(
-    found: tuple[Assessment, ...], tmp_path: Path
+    found: tuple[CapacityAssessment, ...], tmp_path: Path
 ) -> None:
     figure = capacity_figure(found, title="Small")
     axes = figure.axes[0]
@@ -151,7 +153,7 @@ def test_the_diagram_has_the_levels_the_targets_and_a_point_per_protection(
 
 
 def test_the_stairway_has_a_panel_per_protection_and_the_trains_touch(
-    chosen: study.Study, found: tuple[Assessment, ...], tmp_path: Path
+    chosen: study.Study, found: tuple[CapacityAssessment, ...], tmp_path: Path
 ) -> None:
     stations = stations_frame(chosen.scenario.line)
     figure = stairway_figure(found, stations, title="Small")
@@ -172,7 +174,7 @@ def _longer(headways: tuple[Headway, ...], by_s: float) -> tuple[Headway, ...]:
 
 
 def test_two_trains_call_before_at_and_behind_the_station(
-    chosen: study.Study, found: tuple[Assessment, ...]
+    chosen: study.Study, found: tuple[CapacityAssessment, ...]
 ) -> None:
     pair = two_trains(chosen.scenario, 0, found[0].journey, 1, 90.0)
     first, second = pair.timetable.services

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.cell_texts import clock, number, printable, shown
-from kankaku.scenarios.reading.load import load
-from kankaku.scenarios.reading.mistakes import Fault, ScenarioError
+from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError
 from tests.unit.scenario_folder import FILES, replace, write_scenario
 
 
@@ -15,11 +15,11 @@ def folder(tmp_path: Path) -> Path:
     return write_scenario(tmp_path / "small")
 
 
-def only_fault(folder: Path) -> Fault:
+def only_fault(folder: Path) -> Mistake:
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    (fault,) = caught.value.faults
-    return fault
+    (mistake,) = caught.value.mistakes
+    return mistake
 
 
 @pytest.mark.parametrize(
@@ -64,17 +64,17 @@ def test_what_is_no_number_is_refused_for_its_own_reason(
     folder: Path, cell: str, told: str
 ) -> None:
     replace(folder, "limits.csv", "1.0,2.0,75", f"1.0,2.0,{cell}")
-    fault = only_fault(folder)
-    assert fault.where == "row 3, column limit_kmh"
-    assert fault.problem == f"{cell.strip(chr(34))!r} is not allowed: it {told}"
+    mistake = only_fault(folder)
+    assert mistake.where == "row 3, column limit_kmh"
+    assert mistake.problem == f"{cell.strip(chr(34))!r} is not allowed: it {told}"
 
 
 @pytest.mark.parametrize("cell", ["0x10", "1e5", "-", "#REF!", "1.2.3", "--5", "1e", "e5"])
 def test_what_is_out_of_range_or_no_number_at_all_is_refused(folder: Path, cell: str) -> None:
     replace(folder, "limits.csv", "1.0,2.0,75", f"1.0,2.0,{cell}")
-    fault = only_fault(folder)
-    assert fault.problem.startswith(f"{cell!r} is not allowed")
-    assert fault.allowed == "a number from 5 up to 400"
+    mistake = only_fault(folder)
+    assert mistake.problem.startswith(f"{cell!r} is not allowed")
+    assert mistake.allowed == "a number from 5 up to 400"
 
 
 @pytest.mark.parametrize(
@@ -92,10 +92,10 @@ def test_what_is_out_of_range_or_no_number_at_all_is_refused(folder: Path, cell:
 )
 def test_what_is_no_time_is_refused_for_its_own_reason(folder: Path, cell: str, told: str) -> None:
     replace(folder, "calls.csv", "A1,first,north-1,07:00:00", f"A1,first,north-1,{cell}")
-    fault = only_fault(folder)
-    assert fault.problem == f"{cell!r} is not allowed: it {told}"
-    assert "HH:MM:SS" in fault.allowed
-    assert "99" in fault.allowed
+    mistake = only_fault(folder)
+    assert mistake.problem == f"{cell!r} is not allowed: it {told}"
+    assert "HH:MM:SS" in mistake.allowed
+    assert "99" in mistake.allowed
 
 
 def test_times_of_one_digit_and_of_the_days_after_are_read(folder: Path) -> None:
@@ -123,9 +123,9 @@ def test_midnight_is_one_fault_that_says_what_to_write(folder: Path) -> None:
     rows.append("C3,last,south-1,00:04:00,00:04:30")
     rows[6:] = ["C3,first,north-1,23:59:00,23:59:30", *rows[8:9], rows[-1]]
     (folder / "calls.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
-    fault = only_fault(folder)
-    assert fault.where == "row 8, column arrival"
-    assert fault.allowed == "from 23:59:30; after midnight write 24:01:30"
+    mistake = only_fault(folder)
+    assert mistake.where == "row 8, column arrival"
+    assert mistake.allowed == "from 23:59:30; after midnight write 24:01:30"
 
 
 def test_an_identifier_in_other_letters_is_told_which_letters_may_be_used(folder: Path) -> None:
@@ -134,10 +134,10 @@ def test_an_identifier_in_other_letters_is_told_which_letters_may_be_used(folder
     (folder / "calls.csv").write_text(text, encoding="utf-8")
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    for fault in caught.value.faults:
-        assert "it has \u666e, \u901a" in fault.problem
-        assert "a-z and A-Z, digits, '-', '_' and '.'" in fault.allowed
-    assert len(caught.value.faults) == 2
+    for mistake in caught.value.mistakes:
+        assert "it has \u666e, \u901a" in mistake.problem
+        assert "a-z and A-Z, digits, '-', '_' and '.'" in mistake.allowed
+    assert len(caught.value.mistakes) == 2
 
 
 @pytest.mark.parametrize(
@@ -154,10 +154,10 @@ def test_an_identifier_in_other_letters_is_told_which_letters_may_be_used(folder
 )
 def test_names_that_would_move_a_cursor_are_refused(folder: Path, name: str, told: str) -> None:
     replace(folder, "stations.csv", "Middle", name)
-    fault = only_fault(folder)
-    assert fault.where == "row 3, column name"
-    assert fault.problem.endswith(f"it {told}")
-    assert str(fault).isprintable()
+    mistake = only_fault(folder)
+    assert mistake.where == "row 3, column name"
+    assert mistake.problem.endswith(f"it {told}")
+    assert str(mistake).isprintable()
 
 
 @pytest.mark.parametrize(
@@ -184,9 +184,9 @@ def test_a_strange_header_is_answered_with_the_right_one(
     replace(folder, "limits.csv", "start_km,end_km,limit_kmh", header)
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    fault = caught.value.faults[0]
-    assert fault.where.startswith(where)
-    assert meant in fault.allowed
+    mistake = caught.value.mistakes[0]
+    assert mistake.where.startswith(where)
+    assert meant in mistake.allowed
 
 
 def test_columns_may_stand_in_any_order(folder: Path) -> None:
@@ -217,18 +217,18 @@ def test_a_controller_does_not_bear_the_name_of_another_place(
 ) -> None:
     text = FILES["scenario.toml"].replace("[controllers.plain", f'[controllers."{name}"')
     (folder / "scenario.toml").write_text(text, encoding="utf-8")
-    fault = only_fault(folder)
-    assert fault.where == f"controllers.{name}"
-    assert told in fault.problem
+    mistake = only_fault(folder)
+    assert mistake.where == f"controllers.{name}"
+    assert told in mistake.problem
 
 
 @pytest.mark.parametrize("name", ["a/b", "a\\\\b", "/etc", "a b", "\\u001b[2J", "a" * 61, ""])
 def test_a_controller_with_signs_of_a_path_is_refused(folder: Path, name: str) -> None:
     text = FILES["scenario.toml"].replace("[controllers.plain", f'[controllers."{name}"')
     (folder / "scenario.toml").write_text(text, encoding="utf-8")
-    fault = only_fault(folder)
-    assert "name" in fault.problem or "empty" in fault.problem
-    assert str(fault).isprintable()
+    mistake = only_fault(folder)
+    assert "name" in mistake.problem or "empty" in mistake.problem
+    assert str(mistake).isprintable()
 
 
 def test_wrong_values_are_quoted_shortly() -> None:

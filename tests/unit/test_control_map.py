@@ -10,10 +10,10 @@ import pytest
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions, Memory
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.failures.unit_failures import Fault
+from kankaku.railway.failures.unit_failures import UnitFailure
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
+from kankaku.railway.plan.radio_spec import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.plan.scenario import ControllerSpec, Option, Scenario
-from kankaku.railway.radio.data_link import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Authority, LineState, Reason
 from tests.property.runs import READY_S, Observed, loop_station_scenario, run
@@ -27,7 +27,7 @@ def on_map(
     options: dict[str, Option] | None = None,
     overstay_s: Sequence[float] = (),
     delay_s: FloatArray | None = None,
-    faults: Sequence[Fault] | None = None,
+    unit_failures: Sequence[UnitFailure] | None = None,
 ) -> tuple[RunRecord, Observed, "Listener"]:
     """Run under the control map; where no delays are named, some overstay at their second call."""
     world = world_of(scenario)
@@ -39,7 +39,7 @@ def on_map(
         delay_s[: len(overstay_s), 1] = overstay_s
     controller = replace(honest, protection=listener)
     record, engine = run(
-        scenario, controller=controller, delay_s=delay_s, radio=radio, faults=faults
+        scenario, controller=controller, delay_s=delay_s, radio=radio, unit_failures=unit_failures
     )
     return record, engine, listener
 

@@ -9,10 +9,11 @@ import pytest
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.loop.simulate import simulate
-from kankaku.railway.plan.disruptions import Cause, Obstruction
+from kankaku.railway.plan.disruptions import Cause
 from kankaku.railway.plan.world import build_world
+from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.records import RunRecord
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from tests.toy_engine import ToyEngine
 
 SCENARIO = load(Path(__file__).parents[2] / "scenarios" / "control_map")

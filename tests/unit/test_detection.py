@@ -66,14 +66,14 @@ def starts_m(detection: Detection, seen: Occupancy) -> list[float]:
 
 
 def danger_m(
-    detection: Detection, fronts_m: list[float], granted_m: tuple[float, float] = (FAR_M, FAR_M)
+    detection: Detection, fronts_m: list[float], granted_to_m: tuple[float, float] = (FAR_M, FAR_M)
 ) -> FloatArray:
     front_m = np.array(fronts_m)
     return detection.danger_m(
         front_m,
         front_m - LENGTH_M,
         np.isfinite(front_m),
-        np.array(granted_m),
+        np.array(granted_to_m),
         look(detection, fronts_m),
     )
 
@@ -178,7 +178,7 @@ def test_points_stay_locked_when_a_train_of_no_way_stands_beyond_them() -> None:
     timetable = replace(scenario.timetable, services=(first, second, beyond))
     detection = Detection(world_of(replace(scenario, timetable=timetable)))
     front_m = np.array([390.0, 300.0, 605.0])
-    granted_m, present = np.full(3, FAR_M), np.ones(3, dtype=np.bool_)
+    granted_to_m, present = np.full(3, FAR_M), np.ones(3, dtype=np.bool_)
     seen = detection.look(0.0, front_m, front_m - LENGTH_M, present, detection.initial())
-    stop_m = detection.danger_m(front_m, front_m - LENGTH_M, present, granted_m, seen)[1]
+    stop_m = detection.danger_m(front_m, front_m - LENGTH_M, present, granted_to_m, seen)[1]
     assert stop_m == 200.0

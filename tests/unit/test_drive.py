@@ -4,10 +4,17 @@ import numpy as np
 import pytest
 
 from kankaku.controllers.drive import TractionDrive
-from kankaku.railway.plan.disruptions import unobstructed
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Bound
-from kankaku.railway.step.state import NOTHING, Advice, Authority, Events, LineState, Link
+from kankaku.railway.step.obstructions import unobstructed
+from kankaku.railway.step.state import (
+    NOTHING,
+    Advice,
+    Authority,
+    Events,
+    LineState,
+    RadioPermission,
+)
 from tests.worlds import two_station_scenario, world_of
 
 STEP_S = 0.5
@@ -24,7 +31,7 @@ def drive_once(
     world: World,
     *,
     speed_mps: float,
-    limit_m: float = 3000.0,
+    eoa_m: float = 3000.0,
     ceiling_mps: float = 30.0,
     advised_mps: float = 30.0,
     stop_m: float = 1300.0,
@@ -42,8 +49,8 @@ def drive_once(
         running=one,
         leader=np.array([-1]),
         follows=~one,
-        clear_to_m=np.array([limit_m]),
-        granted_m=np.array([limit_m]),
+        clear_to_m=np.array([eoa_m]),
+        granted_to_m=np.array([eoa_m]),
         granted_by=np.array([NOTHING]),
         next_call=np.array([1]),
         stop_m=np.array([stop_m]),
@@ -52,9 +59,9 @@ def drive_once(
         wayside=unobstructed(1, world.far_m),
     )
     nothing, train = np.array([NOTHING]), np.array([0])
-    authority = Authority(np.array([limit_m]), np.array([ceiling_mps]), np.zeros(1), train, nothing)
+    authority = Authority(np.array([eoa_m]), np.array([ceiling_mps]), np.zeros(1), train, nothing)
     if emergency is not None:
-        link = Link(np.array([emergency]), np.full(1, np.inf), np.array([limit_m]))
+        link = RadioPermission(np.array([emergency]), np.full(1, np.inf), np.array([eoa_m]))
         authority = authority._replace(link=link)
     advice = Advice(np.array([advised_mps]), np.array([0]))
     drive = TractionDrive(world)
@@ -93,7 +100,7 @@ def test_a_stop_too_near_gets_the_service_brake_at_most(world: World) -> None:
 
 
 def test_an_authority_that_can_be_kept_gets_the_service_brake(world: World) -> None:
-    asked, bound = drive_once(world, speed_mps=20.0, limit_m=FRONT_M + 200.0)
+    asked, bound = drive_once(world, speed_mps=20.0, eoa_m=FRONT_M + 200.0)
     assert asked == pytest.approx(-SERVICE, abs=1e-6)
     assert bound == Bound.LIMIT
 
@@ -102,7 +109,7 @@ def test_an_authority_that_can_be_kept_gets_the_service_brake(world: World) -> N
 def test_an_authority_that_shrinks_too_far_gets_the_emergency_brake(
     world: World, away_m: float
 ) -> None:
-    asked, bound = drive_once(world, speed_mps=20.0, limit_m=FRONT_M + away_m)
+    asked, bound = drive_once(world, speed_mps=20.0, eoa_m=FRONT_M + away_m)
     assert asked == pytest.approx(-EMERGENCY)
     assert bound == Bound.LIMIT
 
@@ -110,7 +117,7 @@ def test_an_authority_that_shrinks_too_far_gets_the_emergency_brake(
 def test_the_brake_is_no_harder_than_the_authority_needs(world: World) -> None:
     # After one harder step the service brake is enough again.
     for away_m in (190.5, 193.0, 198.0):
-        asked, _ = drive_once(world, speed_mps=20.0, limit_m=FRONT_M + away_m)
+        asked, _ = drive_once(world, speed_mps=20.0, eoa_m=FRONT_M + away_m)
         after = 20.0 + asked * STEP_S
         covered_m = 0.5 * (20.0 + after) * STEP_S
         if asked > -EMERGENCY + 1e-9:
@@ -119,14 +126,14 @@ def test_the_brake_is_no_harder_than_the_authority_needs(world: World) -> None:
 
 
 def test_a_standing_train_with_no_authority_stays(world: World) -> None:
-    for limit_m in (FRONT_M, FRONT_M - 30.0):
-        asked, bound = drive_once(world, speed_mps=0.0, limit_m=limit_m)
+    for eoa_m in (FRONT_M, FRONT_M - 30.0):
+        asked, bound = drive_once(world, speed_mps=0.0, eoa_m=eoa_m)
         assert asked == 0.0
         assert bound == Bound.LIMIT
 
 
 def test_a_train_never_runs_backwards(world: World) -> None:
-    asked, _ = drive_once(world, speed_mps=0.2, limit_m=FRONT_M - 100.0)
+    asked, _ = drive_once(world, speed_mps=0.2, eoa_m=FRONT_M - 100.0)
     assert asked == pytest.approx(-0.4)
 
 
@@ -140,14 +147,14 @@ def test_an_emergency_is_the_emergency_brake_to_a_stand_whatever_else_bounds(
         "ceiling": {"ceiling_mps": 0.0},
         "advice": {"advised_mps": 0.0},
         "stop": {"stop_m": FRONT_M},
-        "limit": {"limit_m": FRONT_M - 50.0},
+        "limit": {"eoa_m": FRONT_M - 50.0},
     }[other]
     asked, bound = drive_once(world, speed_mps=speed_mps, emergency=True, **bounds)
     assert asked == pytest.approx(-min(EMERGENCY, speed_mps / STEP_S))
     assert bound == Bound.EMERGENCY
 
 
-@pytest.mark.parametrize("limit_m", [3000.0, FRONT_M + 200.0, FRONT_M])
-def test_a_link_without_an_emergency_changes_nothing(world: World, limit_m: float) -> None:
-    told = drive_once(world, speed_mps=20.0, limit_m=limit_m, emergency=False)
-    assert told == drive_once(world, speed_mps=20.0, limit_m=limit_m)
+@pytest.mark.parametrize("eoa_m", [3000.0, FRONT_M + 200.0, FRONT_M])
+def test_a_link_without_an_emergency_changes_nothing(world: World, eoa_m: float) -> None:
+    told = drive_once(world, speed_mps=20.0, eoa_m=eoa_m, emergency=False)
+    assert told == drive_once(world, speed_mps=20.0, eoa_m=eoa_m)

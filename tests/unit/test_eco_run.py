@@ -17,8 +17,8 @@ from kankaku.railway.motion.extremal import (
     SPEEDING_UP,
     holding_speed_mps,
 )
-from kankaku.railway.motion.path import Way, way_on
 from kankaku.railway.motion.run_curve import RunTimeError, StallError, fastest
+from kankaku.railway.motion.way import Way, way_on
 from kankaku.railway.plan.line import Gradient, SpeedLimit
 from kankaku.railway.plan.profile import build_profile
 from kankaku.railway.plan.rolling_stock import RunningResistance, Traction, TrainType

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from tests.unit.scenario_folder import replace, write_scenario
 
@@ -18,7 +18,7 @@ C3,last,south-1,07:10:00,07:10:30
 def refused(folder: Path) -> list[tuple[str, str, str]]:
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    return [(fault.file, fault.where, fault.problem) for fault in caught.value.faults]
+    return [(mistake.file, mistake.where, mistake.problem) for mistake in caught.value.mistakes]
 
 
 def test_a_train_that_calls_at_the_last_platform_of_its_way_runs_out_of_the_line(
@@ -49,8 +49,8 @@ def test_a_train_may_not_leave_the_line_in_points(tmp_path: Path) -> None:
     replace(folder, "calls.csv", "C3,last,south-1,07:10:00,07:10:30\n", "")
     replace(folder, "turnouts.csv", "joining,1.6,1.54,1.61", "joining,1.6,1.49,1.61")
     found = refused(folder)
-    assert ("calls.csv", "row 8, column track") in [fault[:2] for fault in found]
-    assert any("ends in the fouling section of 'joining'" in fault[2] for fault in found)
+    assert ("calls.csv", "row 8, column track") in [mistake[:2] for mistake in found]
+    assert any("ends in the fouling section of 'joining'" in mistake[2] for mistake in found)
 
 
 def test_trains_on_tracks_that_never_meet_do_not_overtake_each_other(tmp_path: Path) -> None:
@@ -115,4 +115,4 @@ def test_two_platforms_with_the_names_of_each_other_are_told(tmp_path: Path) -> 
         "first,north-1,0.6,0.9,0.85\nmiddle,north-1,0.3,0.55,0.5",
     )
     found = refused(folder)
-    assert ("platforms.csv", "row 2, column station") in [fault[:2] for fault in found]
+    assert ("platforms.csv", "row 2, column station") in [mistake[:2] for mistake in found]

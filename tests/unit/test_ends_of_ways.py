@@ -21,7 +21,7 @@ from tests.property.runs import controller_of, loop_station_scenario, run
 from tests.worlds import world_of
 
 CROSSING = Crossing("road", 1800.0, 1808.0, 1300.0, 20.0)
-ZONE = Closure("zone", Cause.FAULT, ("main",), 1800.0, 1900.0, 0.0, np.inf, np.inf)
+ZONE = Closure("zone", Cause.FAILURE, ("main",), 1800.0, 1900.0, 0.0, np.inf, np.inf)
 
 
 def siding_world() -> World:

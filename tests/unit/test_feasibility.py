@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from kankaku.railway.motion.feasibility import RESERVE_MPS2, Assessment, Lack, Shortfall, assess
-from kankaku.railway.plan.line import Curve, Gradient
+from kankaku.railway.motion.feasibility import RESERVE_MPS2, Feasibility, Lack, Shortfall, assess
+from kankaku.railway.plan.line import Gradient, TrackCurve
 from kankaku.railway.plan.rolling_stock import Traction, TrainType
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from kankaku.studies import study
 from tests.cli.command import PROJECT, kankaku, refused
@@ -41,7 +41,7 @@ def braking(scenario: Scenario, lack: Lack, brake_mps2: float) -> Scenario:
     return with_train(scenario, replace(train, emergency_brake_mps2=brake_mps2))
 
 
-def assessed(scenario: Scenario) -> Assessment:
+def assessed(scenario: Scenario) -> Feasibility:
     return assess(scenario.line, scenario.train_types, scenario.timetable)
 
 
@@ -74,7 +74,7 @@ def test_a_train_starts_against_the_gradient_below_its_whole_length(
 
 def test_a_curve_holds_a_starting_train_back() -> None:
     scenario = two_station_scenario(1)
-    line = replace(scenario.line, curves=(Curve(0.0, 300.0, 200.0),))
+    line = replace(scenario.line, curves=(TrackCurve(0.0, 300.0, 200.0),))
     scenario = replace(scenario, line=line)
     # 600 / R in kgf per tonne.
     needed_n = ROLLING_N + 600.0 / 200.0 * 1e-3 * GRAVITY * MASS_KG
@@ -175,10 +175,10 @@ def test_weak_brakes_are_refused_with_file_and_key(tmp_path: Path) -> None:
     )
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    (fault,) = caught.value.faults
-    assert (fault.file, fault.where) == ("rolling_stock.toml", "train.unit.service_brake_kmhps")
+    (mistake,) = caught.value.mistakes
+    assert (mistake.file, mistake.where) == ("rolling_stock.toml", "train.unit.service_brake_kmhps")
     # 60 permil of 9.80665 m/s2 over 1.08, in km/h/s.
-    assert f"gravity pulls with {3.6 * GRAVITY * 0.060 / 1.08:.3g}" in fault.problem
+    assert f"gravity pulls with {3.6 * GRAVITY * 0.060 / 1.08:.3g}" in mistake.problem
 
 
 def test_what_is_booked_too_fast_is_told_and_runs(tmp_path: Path) -> None:

@@ -8,9 +8,9 @@ import pytest
 
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
 from kankaku.railway.plan.line import Section, Track, Turnout
+from kankaku.railway.plan.radio_spec import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.timetable import Call, Service
-from kankaku.railway.radio.data_link import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.step.records import RunRecord
 from tests.property.runs import READY_S, Observed, controller_of, loop_station_scenario, run
 from tests.unit.test_control_map import on_map
@@ -136,7 +136,7 @@ def test_relative_braking_by_radio_takes_no_limit_back(seed: int) -> None:
     record, _ = run(scenario, controller=controller, delay_s=np.zeros((2, 2)), radio=LOSSLESS)
     assert record.violations == ()
     assert record.completed.all()
-    assert np.all(np.diff(written.limit_m) >= -1e-6)
+    assert np.all(np.diff(written.eoa_m) >= -1e-6)
 
 
 def second_loop(start_m: float, end_m: float, line_end_m: float, sides: Sequence[str]) -> Scenario:
@@ -206,7 +206,7 @@ def test_a_train_beside_the_way_does_not_come_into_it_further_on() -> None:
 def test_telegrams_that_take_no_time_are_believed_where_units_may_be_wrong(cycle_s: float) -> None:
     scenario = replace(two_station_scenario(1), step_s=0.1)
     radio = RadioSpec(cycle_s=cycle_s, delay_least_s=0.0, delay_most_s=0.0)
-    record, _, _ = on_map(scenario, radio=radio, faults=())
+    record, _, _ = on_map(scenario, radio=radio, unit_failures=())
     assert record.violations == ()
     assert record.completed.all()
 
@@ -223,10 +223,10 @@ def test_a_telegram_without_commands_acknowledges_nothing(*, reports_are_lost: b
     radio = RadioSpec(delay_most_s=0.45, outages=(up, down))
     record, _, listener = on_map(scenario, radio=radio)
     (zone,) = record.obstructions
-    limits_m = [
-        float(authority.limit_m[0])
+    eoas_m = [
+        float(authority.eoa_m[0])
         for state, authority, _ in listener.said
         if zone.established_s <= state.time_s < zone.lifted_s
     ]
-    assert max(limits_m) <= 325.0
+    assert max(eoas_m) <= 325.0
     assert record.violations == ()

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from kankaku.railway.randomness import stream
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from tools.fuzz import BAD, Answer, Plan, examine
 from tools.small_lines import small_line
 

@@ -12,7 +12,7 @@ from kankaku.controllers import registry
 from kankaku.controllers.protection.multi_step_atc import MultiStepAtc
 from kankaku.railway.capacity.blocking_time import (
     Given,
-    Way,
+    SharedTrack,
     blocking_times_s,
     leg_headway,
     technical_headways,
@@ -30,7 +30,7 @@ from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.railway.plan.timetable import Call, Service, Timetable
 from kankaku.railway.plan.world import World, build_world
 from kankaku.railway.step.control import Foresight
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from tests.worlds import commuter_train, straight_line
 
 RUSH_HOUR = Path(__file__).parents[2] / "scenarios" / "rush_hour"
@@ -264,10 +264,10 @@ def test_trains_on_two_tracks_share_the_line_behind_the_points_and_the_points(
     north, south = points["minami-urawa-north"], points["minami-urawa-south"]
     (behind,) = common_ways(line, starting, through)
     # 5.0 s of throw and 1.5 s of lock proof.
-    assert behind == Way(south.fouling_end_m, south.fouling_start_m, throws_s=(6.5, 0.0))
+    assert behind == SharedTrack(south.fouling_end_m, south.fouling_start_m, throws_s=(6.5, 0.0))
     (ahead,) = common_ways(line, through, starting)
     assert ahead == behind
-    assert common_ways(line, through, through) == (Way(),)
+    assert common_ways(line, through, through) == (SharedTrack(),)
     # Two that part at the points and meet again behind them.
     elsewhere = {"akabane-1": "akabane-2"}
     other = replace(through, route=tuple(elsewhere.get(t, t) for t in through.route))

@@ -14,7 +14,7 @@ LENGTH_M = 200.0
 
 
 def clearance_m(leaders: Leaders, fronts_m: list[float]) -> FloatArray:
-    return leaders.tails_and_clearance_m(np.array(fronts_m), leaders.granted_m)[1]
+    return leaders.tails_and_clearance_m(np.array(fronts_m), leaders.granted_to_m)[1]
 
 
 def of_merge(trains: int = 3) -> tuple[World, Leaders]:
@@ -26,10 +26,10 @@ def test_a_train_from_the_other_track_waits_at_the_fouling_point() -> None:
     world, leaders = of_merge()
     assert leaders.leader.tolist() == [-1, 0, 0]
     assert leaders.follows.tolist() == [False, False, True]
-    limits_m = clearance_m(leaders, [300.0, 300.0, 300.0])
-    assert limits_m[0] == world.far_m
-    assert limits_m[1] == 340.0
-    assert limits_m[2] == 300.0 - LENGTH_M
+    eoas_m = clearance_m(leaders, [300.0, 300.0, 300.0])
+    assert eoas_m[0] == world.far_m
+    assert eoas_m[1] == 340.0
+    assert eoas_m[2] == 300.0 - LENGTH_M
 
 
 def test_a_tail_past_the_fouling_section_hands_the_points_to_the_next_train() -> None:
@@ -38,8 +38,8 @@ def test_a_tail_past_the_fouling_section_hands_the_points_to_the_next_train() ->
     leaders.clear(np.array([0]))
     assert leaders.leader.tolist() == [-1, 0, 1]
     assert leaders.follows.tolist() == [False, True, False]
-    limits_m = clearance_m(leaders, [611.0, 300.0, 300.0])
-    assert limits_m[1:].tolist() == [411.0, 340.0]
+    eoas_m = clearance_m(leaders, [611.0, 300.0, 300.0])
+    assert eoas_m[1:].tolist() == [411.0, 340.0]
 
 
 def test_a_train_that_left_the_line_is_in_nobodys_way() -> None:

@@ -38,13 +38,13 @@ class Altered:
 
     def authorise(self, state: LineState, memory: Any) -> tuple[Authority, Any]:  # noqa: ANN401
         authority, memory = self.honest.authorise(state, memory)
-        limit_m = np.minimum(authority.limit_m + self.extra_m, 3000.0)
+        eoa_m = np.minimum(authority.eoa_m + self.extra_m, 3000.0)
         if not self.sees_leaders:
-            limit_m = np.full_like(limit_m, self.blind_m)
+            eoa_m = np.full_like(eoa_m, self.blind_m)
         ceiling_mps = authority.ceiling_mps
         if self.ceiling_mps is not None:
             ceiling_mps = np.full_like(ceiling_mps, self.ceiling_mps)
-        return authority._replace(limit_m=limit_m, ceiling_mps=ceiling_mps), memory
+        return authority._replace(eoa_m=eoa_m, ceiling_mps=ceiling_mps), memory
 
 
 @dataclass
@@ -205,8 +205,8 @@ class _ToldFurther:
     honest: Drive
 
     def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
-        further_m = np.full_like(authority.limit_m, 3000.0)
-        return self.honest.command(state, authority._replace(limit_m=further_m), advice)
+        further_m = np.full_like(authority.eoa_m, 3000.0)
+        return self.honest.command(state, authority._replace(eoa_m=further_m), advice)
 
 
 @dataclass
@@ -234,8 +234,8 @@ class _IgnoresPoints:
 
     def authorise(self, state: LineState, memory: object) -> tuple[Authority, object]:
         authority, memory = self.honest.authorise(state, memory)
-        limit_m = np.maximum(authority.limit_m, 398.0)
-        return authority._replace(limit_m=limit_m), memory
+        eoa_m = np.maximum(authority.eoa_m, 398.0)
+        return authority._replace(eoa_m=eoa_m), memory
 
 
 def test_a_train_inside_points_that_another_train_is_passing_is_named() -> None:
@@ -266,13 +266,13 @@ class _GrantsEverything:
     def authorise(self, state: LineState, memory: object) -> tuple[Authority, object]:
         authority, memory = self.honest.authorise(state, memory)
         services = self.world.timetable.services
-        limit_m = np.full(self.world.size, self.world.far_m)
+        eoa_m = np.full(self.world.size, self.world.far_m)
         for row, service in enumerate(services):
             for other, tail_m in enumerate(state.tail_m):
                 shared = set(service.route) & set(services[other].route)
                 if shared and state.present[other] and state.front_m[other] > state.front_m[row]:
-                    limit_m[row] = min(limit_m[row], tail_m - 25.0)
-        return authority._replace(limit_m=limit_m), memory
+                    eoa_m[row] = min(eoa_m[row], tail_m - 25.0)
+        return authority._replace(eoa_m=eoa_m), memory
 
 
 def run_granted_everything(scenario: Scenario, delay_s: FloatArray) -> RunRecord:
@@ -333,7 +333,7 @@ def fault_ahead(at_s: float, start_m: float = 900.0, lasts_s: float = 120.0) -> 
     """A fault of the line from 900 m on, in the way of the only train or the first one."""
     until_s = at_s + lasts_s
     return Disruptions(
-        (Closure("fault", Cause.FAULT, ("main",), start_m, 1000.0, at_s, np.inf, until_s),)
+        (Closure("fault", Cause.FAILURE, ("main",), start_m, 1000.0, at_s, np.inf, until_s),)
     )
 
 
@@ -347,10 +347,10 @@ class Deaf:
         return self.honest.initial()
 
     def authorise(self, state: LineState, memory: Any) -> tuple[Authority, Any]:  # noqa: ANN401
-        far_m = np.full_like(state.granted_m, 2900.0)
+        far_m = np.full_like(state.granted_to_m, 2900.0)
         tails_m = state.tail_m[state.leader]
         clear_to_m = np.where(state.follows, tails_m, far_m)
-        free = state._replace(granted_m=far_m, clear_to_m=clear_to_m)
+        free = state._replace(granted_to_m=far_m, clear_to_m=clear_to_m)
         return self.honest.authorise(free, memory)
 
 

@@ -45,10 +45,10 @@ def radio_of(*balises_m: float) -> Radio:
     return Radio(0.001, 0.5, 2.0, (0.0, *balises_m))
 
 
-def limit_m(options: MovingBlockOptions, world: World, state: LineState) -> float:
+def eoa_m(options: MovingBlockOptions, world: World, state: LineState) -> float:
     """End of authority of the follower."""
     protection = MovingBlock(world, options)
-    return float(protection.authorise(state, protection.initial())[0].limit_m[1])
+    return float(protection.authorise(state, protection.initial())[0].eoa_m[1])
 
 
 @QUICK
@@ -60,15 +60,15 @@ def test_without_buffers_the_limit_is_what_is_clear_less_the_margin(
     state = behind(world, leader_m, 300.0, clear_to_m=clear_to_m, follows=follows)
     clear_m = min(leader_m - LENGTH_M, clear_to_m) if follows else clear_to_m
     options = MovingBlockOptions(margin_m=margin_m)
-    assert limit_m(options, world, state) == pytest.approx(clear_m - margin_m)
+    assert eoa_m(options, world, state) == pytest.approx(clear_m - margin_m)
 
 
 def test_by_default_there_is_a_margin_and_nothing_else() -> None:
     world = world_with(*BALISES_M)
     protection = MovingBlock(world, MovingBlockOptions())
     authority, _ = protection.authorise(behind(world, 1300.0, 600.0), protection.initial())
-    assert authority.limit_m[1] == pytest.approx(1100.0 - 25.0)
-    assert authority.limit_m[0] == pytest.approx(world.far_m - 25.0)
+    assert authority.eoa_m[1] == pytest.approx(1100.0 - 25.0)
+    assert authority.eoa_m[0] == pytest.approx(world.far_m - 25.0)
     assert authority.delay_s.tolist() == [0.0, 0.0]
     assert protection.delay_s == 0.0
     assert protection.profile is world.profile
@@ -84,7 +84,7 @@ def test_with_buffers_a_standing_front_reaches_just_to_the_rear_buffer(
     world, radio = world_with(*balises_m), radio_of(*balises_m)
     place_m = leader_m - LENGTH_M - radio.rear_buffer_m(leader_m) - margin_m
     options = replace(PAPER, margin_m=margin_m)
-    found_m = limit_m(options, world, behind(world, leader_m, follower_m))
+    found_m = eoa_m(options, world, behind(world, leader_m, follower_m))
     # A balise further on corrects nothing yet.
     passed = radio_of(*(balise_m for balise_m in balises_m if balise_m <= follower_m))
     assert found_m == pytest.approx(passed.first_front_m(place_m, 0.0), abs=1e-9)
@@ -95,7 +95,7 @@ def test_points_that_are_not_granted_have_no_buffer_of_their_own() -> None:
     world = world_with()
     state = behind(world, 1200.0, 300.0, clear_to_m=700.0)
     # Equation (3) with the balise at 0 and the speed 0.
-    assert limit_m(PAPER, world, state) == pytest.approx((700.0 - 2.0) / 1.001)
+    assert eoa_m(PAPER, world, state) == pytest.approx((700.0 - 2.0) / 1.001)
 
 
 def test_the_drive_counts_the_delay_of_the_radio() -> None:
@@ -107,7 +107,7 @@ def test_the_drive_counts_the_delay_of_the_radio() -> None:
     after_mps = float(drive.command(state, authority, NO_ADVICE).bounds_mps[3, 1])
     # What it runs in the step, in the delay, and while braking ends at the limit.
     used_m = 0.5 * (15.0 + after_mps) * STEP_S + after_mps * 0.5 + 0.5 * after_mps**2 / BRAKE_MPS2
-    assert 500.0 + used_m == pytest.approx(float(authority.limit_m[1]))
+    assert 500.0 + used_m == pytest.approx(float(authority.eoa_m[1]))
 
 
 @pytest.mark.parametrize("step_s", [0.02, 0.1, 0.5])
@@ -144,7 +144,7 @@ def test_while_the_leader_is_in_the_platform_section_the_limit_is_at_its_start()
     for leader_m in fronts_m.tolist():
         tail_m = leader_m - LENGTH_M
         expected_m = START_M if START_M < tail_m < END_M else tail_m
-        found_m = limit_m(options, world, behind(world, leader_m, 500.0))
+        found_m = eoa_m(options, world, behind(world, leader_m, 500.0))
         assert found_m == pytest.approx(expected_m - 5.0)
 
 
@@ -155,8 +155,8 @@ def test_the_limit_jumps_when_the_rear_buffer_has_left_the_platform_section() ->
     gone_m = radio.first_clear_m(END_M, LENGTH_M)
     # The balise is 1.5 km behind the leader.
     assert gone_m == pytest.approx(END_M + LENGTH_M + 2.0 + 1.5, abs=0.02)
-    before = limit_m(options, world, behind(world, gone_m - 0.01, 800.0))
-    after = limit_m(options, world, behind(world, gone_m + 0.01, 800.0))
+    before = eoa_m(options, world, behind(world, gone_m - 0.01, 800.0))
+    after = eoa_m(options, world, behind(world, gone_m + 0.01, 800.0))
     assert before == pytest.approx(held_m)
     assert after == pytest.approx(radio.first_front_m(END_M, 0.0), abs=0.02)
 
@@ -166,12 +166,12 @@ def test_a_train_inside_the_platform_section_is_not_sent_back(options: MovingBlo
     world = world_with()
     exclusive, shared = (replace(options, exclusive_platform=flag) for flag in (True, False))
     inside = behind(world, 1430.0, START_M + 10.0)
-    assert limit_m(exclusive, world, inside) == limit_m(shared, world, inside)
-    assert limit_m(exclusive, world, inside) > START_M + 10.0
+    assert eoa_m(exclusive, world, inside) == eoa_m(shared, world, inside)
+    assert eoa_m(exclusive, world, inside) > START_M + 10.0
     # A train that came to its stand some millimetres too far on is still outside.
     for outside_m in (START_M - 1.0, START_M + 0.005):
         outside = behind(world, 1430.0, outside_m)
-        assert limit_m(exclusive, world, outside) <= START_M < limit_m(shared, world, outside)
+        assert eoa_m(exclusive, world, outside) <= START_M < eoa_m(shared, world, outside)
 
 
 def test_only_the_platform_section_of_the_next_call_is_kept_for_one_train() -> None:
@@ -179,7 +179,7 @@ def test_only_the_platform_section_of_the_next_call_is_kept_for_one_train() -> N
     state = behind(world, 1300.0, 250.0)
     state = state._replace(next_call=np.array([1, 0]), stop_m=np.array([1300.0, 300.0]))
     options = MovingBlockOptions(margin_m=0.0, exclusive_platform=True)
-    assert limit_m(options, world, state) == pytest.approx(1100.0)
+    assert eoa_m(options, world, state) == pytest.approx(1100.0)
 
 
 def test_the_memory_of_platform_sections_follows_the_calls() -> None:
@@ -187,12 +187,12 @@ def test_the_memory_of_platform_sections_follows_the_calls() -> None:
     protection = MovingBlock(world, MovingBlockOptions(margin_m=0.0, exclusive_platform=True))
     first = behind(world, 1300.0, 250.0)._replace(next_call=np.array([1, 0]))
     then = behind(world, 1300.0, 350.0)
-    limits_m = []
+    eoas_m = []
     memory = protection.initial()
     for state in (first, then, then, first):
         authority, memory = protection.authorise(state, memory)
-        limits_m.append(float(authority.limit_m[1]))
-    assert limits_m == pytest.approx([1100.0, START_M, START_M, 1100.0])
+        eoas_m.append(float(authority.eoa_m[1]))
+    assert eoas_m == pytest.approx([1100.0, START_M, START_M, 1100.0])
 
 
 @pytest.mark.parametrize("exclusive", [False, True])
@@ -204,7 +204,7 @@ def test_what_is_foretold_is_what_is_authorised(
     world = world_with(*balises_m)
     protection = MovingBlock(world, replace(options, exclusive_platform=exclusive))
     fronts_m = np.arange(550.0, 1900.0, 3.7)
-    foretold_m = protection.limit_behind_m(1, 1, 0, fronts_m, np.zeros_like(fronts_m))
+    foretold_m = protection.eoa_behind_m(1, 1, 0, fronts_m, np.zeros_like(fronts_m))
     memory = protection.initial()
     for leader_m, expected_m in zip(fronts_m.tolist(), foretold_m.tolist(), strict=True):
         # As if it had passed every balise that it will pass.
@@ -212,9 +212,9 @@ def test_what_is_foretold_is_what_is_authorised(
         follower_m = passed_m if passed_m < START_M else 300.0
         authority, memory = protection.authorise(behind(world, leader_m, follower_m), memory)
         if passed_m == follower_m:
-            assert authority.limit_m[1] == pytest.approx(expected_m, abs=1e-9)
+            assert authority.eoa_m[1] == pytest.approx(expected_m, abs=1e-9)
         else:
-            assert expected_m - 0.001 * END_M < authority.limit_m[1] <= expected_m
+            assert expected_m - 0.001 * END_M < authority.eoa_m[1] <= expected_m
 
 
 @QUICK

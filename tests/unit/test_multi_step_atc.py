@@ -137,7 +137,7 @@ class Train:
         state = behind(self.world, self.leader_m, front_m, speed_kmh / 3.6, time_s=self.time_s)
         authority, self.memory = self.atc.authorise(state, self.memory)
         self.time_s += STEP_S
-        return float(authority.limit_m[1]), float(authority.ceiling_mps[1]) * 3.6
+        return float(authority.eoa_m[1]), float(authority.ceiling_mps[1]) * 3.6
 
 
 def test_a_step_down_takes_the_idle_time_and_is_released_below_the_code() -> None:
@@ -183,10 +183,10 @@ def test_a_circuit_behind_the_tail_is_released_after_the_delay() -> None:
     train = Train(1450.0)
     train.world = world_of(replace(scenario, line=line))
     train.atc = atc_on(train.world)
-    limits_m = [train.at(790.0, 0.0)[0]]
+    eoas_m = [train.at(790.0, 0.0)[0]]
     train.leader_m = 1650.0
-    limits_m += [train.at(790.0, 0.0)[0] for _ in range(3)]
-    assert limits_m == pytest.approx([1175.0, 1175.0, 1175.0, 1375.0])
+    eoas_m += [train.at(790.0, 0.0)[0] for _ in range(3)]
+    assert eoas_m == pytest.approx([1175.0, 1175.0, 1175.0, 1375.0])
 
 
 def test_points_that_another_train_goes_through_are_at_danger_for_everybody_else() -> None:
@@ -196,11 +196,11 @@ def test_points_that_another_train_goes_through_are_at_danger_for_everybody_else
     # The leader's tail is on ``north``, within the fouling section from 940 m to 1060 m.
     inside = behind(world, 1250.0, 500.0)
     behind_it = behind(world, 1270.0, 500.0)
-    limits_m = [
-        float(atc.authorise(state, atc.initial())[0].limit_m[1]) for state in (inside, behind_it)
+    eoas_m = [
+        float(atc.authorise(state, atc.initial())[0].eoa_m[1]) for state in (inside, behind_it)
     ]
-    assert limits_m[0] == pytest.approx(800.0 - 25.0)
-    assert limits_m[1] > 1000.0
+    assert eoas_m[0] == pytest.approx(800.0 - 25.0)
+    assert eoas_m[1] > 1000.0
 
 
 def test_blocks_of_a_track_are_as_the_example_says() -> None:

@@ -19,7 +19,7 @@ def keep(
     *,
     since_s: float = 0.0,
     speed_mps: float = 10.0,
-    limits_m: Sequence[float] = (1200.0,) * 11,
+    eoas_m: Sequence[float] = (1200.0,) * 11,
     planned_mps: Sequence[float] = (10.0,) * 11,
     free_m: float = 3000.0,
     held_m: float = -np.inf,
@@ -29,11 +29,11 @@ def keep(
     """Ask one train that has heard a telegram sent at 100 s; it went by one of 99 s before."""
     sent = (
         np.array([100.0, 99.0]),
-        np.array([[limits_m], [(1100.0,) * 11]]),
+        np.array([[eoas_m], [(1100.0,) * 11]]),
         np.array([[planned_mps], [(5.0,) * 11]]),
         np.array([[free_m], [3000.0]]),
     )
-    limit_m, commanded_mps, goes_by_s = keep_bands(
+    eoa_m, commanded_mps, goes_by_s = keep_bands(
         np.array([100.0 + since_s]),
         STEP_S,
         MOMENT_S,
@@ -47,43 +47,41 @@ def keep(
         np.array([held_m]),
         (LEVEL, np.zeros(1), np.array([BRAKE_MPS2])),
     )
-    return float(limit_m[0]), float(commanded_mps[0]), float(goes_by_s[0])
+    return float(eoa_m[0]), float(commanded_mps[0]), float(goes_by_s[0])
 
 
 def test_limits_and_speeds_are_those_of_the_moment() -> None:
-    limits_m = [1200.0 + 10.0 * moment for moment in range(11)]
+    eoas_m = [1200.0 + 10.0 * moment for moment in range(11)]
     planned_mps = [10.0 + moment for moment in range(11)]
-    limit_m, commanded_mps, goes_by_s = keep(
-        since_s=1.25, limits_m=limits_m, planned_mps=planned_mps
-    )
-    assert limit_m == pytest.approx(1225.0)
+    eoa_m, commanded_mps, goes_by_s = keep(since_s=1.25, eoas_m=eoas_m, planned_mps=planned_mps)
+    assert eoa_m == pytest.approx(1225.0)
     # At the end of the step, 1.35 s after the telegram.
     assert commanded_mps == pytest.approx(12.7 + HEADROOM_MPS)
     assert goes_by_s == 100.0
 
 
 def test_past_the_last_moment_the_last_one_stays() -> None:
-    limits_m = [1200.0 + 10.0 * moment for moment in range(11)]
-    assert keep(since_s=7.0, limits_m=limits_m)[0] == pytest.approx(1300.0)
+    eoas_m = [1200.0 + 10.0 * moment for moment in range(11)]
+    assert keep(since_s=7.0, eoas_m=eoas_m)[0] == pytest.approx(1300.0)
 
 
 def test_a_telegram_without_commands_leaves_the_old_ones() -> None:
-    limit_m, commanded_mps, goes_by_s = keep(meant=False)
-    assert (limit_m, goes_by_s) == (1100.0, 99.0)
+    eoa_m, commanded_mps, goes_by_s = keep(meant=False)
+    assert (eoa_m, goes_by_s) == (1100.0, 99.0)
     assert commanded_mps == pytest.approx(5.0 + HEADROOM_MPS)
 
 
 def test_a_band_that_shrinks_is_kept_with_the_service_brake() -> None:
     # It stops 50 m ahead; the new command asks for 40 m, the old one allowed 200 m.
-    limits_m = (FRONT_M + 40.0,) * 11
-    assert keep(limits_m=limits_m, held_m=1200.0)[0] == pytest.approx(FRONT_M + 50.0)
+    eoas_m = (FRONT_M + 40.0,) * 11
+    assert keep(eoas_m=eoas_m, held_m=1200.0)[0] == pytest.approx(FRONT_M + 50.0)
     # Not beyond what the old one allowed, though.
-    assert keep(limits_m=limits_m, held_m=1045.0)[0] == pytest.approx(1045.0)
+    assert keep(eoas_m=eoas_m, held_m=1045.0)[0] == pytest.approx(1045.0)
 
 
 def test_what_is_not_free_any_more_is_kept_in_emergency() -> None:
-    limits_m = (FRONT_M + 40.0,) * 11
-    found_m = keep(limits_m=limits_m, held_m=1200.0, free_m=FRONT_M + 40.0)[0]
+    eoas_m = (FRONT_M + 40.0,) * 11
+    found_m = keep(eoas_m=eoas_m, held_m=1200.0, free_m=FRONT_M + 40.0)[0]
     assert found_m == pytest.approx(FRONT_M + 40.0)
 
 

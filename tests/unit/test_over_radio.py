@@ -10,9 +10,10 @@ from kankaku.controllers.centre.over_radio import HORIZON_S, OnAir, OverRadio
 from kankaku.controllers.protection.ceiling import LineCeiling
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from kankaku.controllers.registry import ControllerError, build
+from kankaku.railway.plan.radio_spec import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import LOSSLESS, Outage, Radio, RadioSpec
+from kankaku.railway.radio.data_link import Radio
 from kankaku.railway.step.state import Authority, LineState, Reason
 from tests.property.runs import READY_S, controller_of, run
 from tests.states import behind
@@ -99,12 +100,12 @@ class Written:
     def __init__(self, protection: Any, row: int) -> None:  # noqa: ANN401
         self._protection, self._row = protection, row
         self.initial = protection.initial
-        self.limit_m: list[float] = []
+        self.eoa_m: list[float] = []
 
     def authorise(self, state: LineState, memory: Any) -> tuple[Authority, Any]:  # noqa: ANN401
         authority, memory = self._protection.authorise(state, memory)
         if state.present[self._row]:
-            self.limit_m.append(float(authority.limit_m[self._row]))
+            self.eoa_m.append(float(authority.eoa_m[self._row]))
         return authority, memory
 
 
@@ -123,8 +124,8 @@ def test_points_tell_that_a_train_has_left_them_before_it_does(protection: str) 
     record, _ = run(scenario, controller=controller, delay_s=delay_s, radio=spec)
     assert record.violations == ()
     assert record.completed.all()
-    assert np.all(np.diff(written.limit_m) >= 0.0)
-    assert np.unique(written.limit_m).size > 5
+    assert np.all(np.diff(written.eoa_m) >= 0.0)
+    assert np.unique(written.eoa_m).size > 5
 
 
 def test_without_losses_a_queue_is_only_as_late_as_its_knowledge() -> None:
@@ -174,7 +175,7 @@ class Scripted:
 
     def authorise(self, state: LineState, memory: Any) -> tuple[Authority, Any]:  # noqa: ANN401
         authority, memory = self._inner.authorise(state, memory)
-        return authority._replace(limit_m=np.full(2, self.permitted_m)), memory
+        return authority._replace(eoa_m=np.full(2, self.permitted_m)), memory
 
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - the rest is a moving block
         return getattr(self._inner, name)
@@ -193,7 +194,7 @@ def test_a_limit_is_covered_until_all_trains_have_acknowledged_a_newer_one(
     centre: Any = Scripted(world)
     protection, radio = OverRadio(centre, world, spec), Radio(world, spec, seed)
     memory: OnAir = protection.initial()
-    covered_m, limit_m, known_s = [], [], []
+    covered_m, eoa_m, known_s = [], [], []
     for step in range(1200):
         time_s = start_s + 0.1 * step
         centre.permitted_m = 1000.0 if time_s < lowered_s else 500.0
@@ -203,12 +204,12 @@ def test_a_limit_is_covered_until_all_trains_have_acknowledged_a_newer_one(
         assert authority.link is not None
         assert state.radio is not None
         covered_m.append(authority.link.covered_m)
-        limit_m.append(authority.limit_m)
+        eoa_m.append(authority.eoa_m)
         known_s.append(float(state.radio.acknowledged_s.min()))
     heard = slice(20, None)
     covered, known = np.array(covered_m)[heard], np.array(known_s)[heard]
     # All that is gone by later was covered, unless it was sent later, too: limits never rise.
-    assert np.all(covered >= np.array(limit_m)[heard])
+    assert np.all(covered >= np.array(eoa_m)[heard])
     assert np.all(covered[known < lowered_s] == 1000.0)
     times_s = start_s + 0.1 * np.arange(1200)[heard]
     # The centre does not remember for longer how far the oldest of all limits went.

@@ -8,8 +8,8 @@ import pytest
 from kankaku.controllers.protection.moving_block import MovingBlockOptions
 from kankaku.controllers.registry import PEERS, ControllerError, build, options_of
 from kankaku.railway.plan.scenario import ControllerSpec
-from kankaku.scenarios.reading.load import load
-from kankaku.scenarios.reading.mistakes import Fault, ScenarioError
+from kankaku.scenarios.loading.load import load
+from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError
 from tests.unit.scenario_folder import replace, write_scenario
 from tests.worlds import merge_scenario, world_of
 
@@ -25,8 +25,8 @@ def folder(tmp_path: Path) -> Path:
 def faults_of(folder: Path) -> list[tuple[str, str, str]]:
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    assert all(isinstance(fault, Fault) for fault in caught.value.faults)
-    return [(fault.where, fault.problem, fault.allowed) for fault in caught.value.faults]
+    assert all(isinstance(mistake, Mistake) for mistake in caught.value.mistakes)
+    return [(mistake.where, mistake.problem, mistake.allowed) for mistake in caught.value.mistakes]
 
 
 def peer_spec(peer: str) -> ControllerSpec:
@@ -70,11 +70,11 @@ def test_a_peer_has_no_options(folder: Path) -> None:
 )
 def test_half_a_pair_is_refused(folder: Path, kept: str, missing: list[str]) -> None:
     replace(folder, "scenario.toml", LAYERS, f'{kept} = "moving_block"\n' if kept else "")
-    faults = faults_of(folder)
-    assert [(where, problem) for where, problem, _ in faults] == [
+    mistakes = faults_of(folder)
+    assert [(where, problem) for where, problem, _ in mistakes] == [
         (f"controllers.plain.{key}", "is missing") for key in missing
     ]
-    assert all("peer alone" in allowed for *_, allowed in faults)
+    assert all("peer alone" in allowed for *_, allowed in mistakes)
 
 
 def test_a_peer_that_is_no_name_is_refused(folder: Path) -> None:
@@ -116,5 +116,5 @@ def test_what_stands_in_for_the_layers_binds_nothing() -> None:
     assert layers.protection.initial() is layers.operation.initial() is None
     authority, _ = layers.protection.authorise(None, None)  # type: ignore[arg-type]
     advice, _ = layers.operation.advise(None, authority, None)  # type: ignore[arg-type]
-    assert np.array_equal(authority.limit_m, np.full(2, world.far_m))
+    assert np.array_equal(authority.eoa_m, np.full(2, world.far_m))
     assert min(authority.ceiling_mps.min(), advice.ceiling_mps.min()) > 500.0

@@ -8,18 +8,18 @@ import pytest
 
 from kankaku.controllers.control_map import map_protection
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions, Memory
-from kankaku.controllers.control_map.planner import Plan
+from kankaku.controllers.control_map.planner import MapPlan
 from kankaku.controllers.control_map.wrong_maps import WrongMaps
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.failures.unit_failures import Fault, Variant
+from kankaku.railway.failures.unit_failures import UnitFailure, Variant
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
+from kankaku.railway.plan.radio_spec import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.plan.scenario import Scenario
-from kankaku.railway.radio.data_link import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Authority, LineState
 from tests.property.runs import READY_S, run
-from tests.unit.test_faults import SPEC, failing, two_trains
+from tests.unit.test_unit_failures import SPEC, failing, two_trains
 from tests.worlds import world_of
 
 
@@ -63,7 +63,7 @@ class Unchecked(WrongMaps):
     """Sends wrong maps without the exclusion test."""
 
     def _excludes(
-        self, plan: Plan, furthest_m: FloatArray, state: LineState, memory: Memory
+        self, plan: MapPlan, furthest_m: FloatArray, state: LineState, memory: Memory
     ) -> bool:
         del plan, furthest_m, state, memory
         return True
@@ -72,7 +72,7 @@ class Unchecked(WrongMaps):
 @pytest.mark.parametrize("variant", [Variant.BAND, Variant.LEFT_OUT])
 def test_a_wrong_map_that_nobody_tests_is_found(variant: Variant) -> None:
     scenario = two_trains(75.0)
-    wrong = Fault(variant, "T1", READY_S + 100.0, READY_S + 160.0, 250.0)
+    wrong = UnitFailure(variant, "T1", READY_S + 100.0, READY_S + 160.0, 250.0)
     tested, _, _ = failing(scenario, wrong, overstay_s=90.0)
     assert tested.violations == ()
     options = ControlMapOptions(early_s=1000.0)
@@ -92,7 +92,7 @@ class NothingMissing:
     def authorise(self, state: LineState, memory: Memory) -> tuple[Authority, Memory]:
         authority, memory = self._protection.authorise(state, memory)
         newest = int(memory.sent.sent_s.argmax())
-        covered_m = memory.sent.limit_m[newest].max(axis=1)
+        covered_m = memory.sent.eoa_m[newest].max(axis=1)
         assert authority.link is not None
         return authority._replace(link=authority.link._replace(covered_m=covered_m)), memory
 

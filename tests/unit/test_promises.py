@@ -10,8 +10,8 @@ import pytest
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.plan.line import Crossing
+from kankaku.railway.plan.radio_spec import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
-from kankaku.railway.radio.data_link import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.step.control import Command, Controller, Drive, Protection
 from kankaku.railway.step.promises import Promises
 from kankaku.railway.step.records import RunRecord
@@ -33,9 +33,9 @@ class Shifted:
 
     def authorise(self, state: LineState, memory: Any) -> tuple[Authority, Any]:  # noqa: ANN401
         authority, memory = self.honest.authorise(state, memory)
-        limit_m = authority.limit_m.copy()
-        limit_m[self.rows] = np.minimum(limit_m[self.rows] + self.extra_m, 3000.0)
-        return authority._replace(limit_m=limit_m), memory
+        eoa_m = authority.eoa_m.copy()
+        eoa_m[self.rows] = np.minimum(eoa_m[self.rows] + self.extra_m, 3000.0)
+        return authority._replace(eoa_m=eoa_m), memory
 
 
 def built(
@@ -89,8 +89,8 @@ def test_a_rear_without_its_buffer_is_named() -> None:
     assert run(scenario, controller=honest, delay_s=overstay(60.0))[0].violations == ()
     blind = replace(honest, protection=exact.protection)
     record, _ = run(scenario, controller=blind, delay_s=overstay(60.0))
-    limit_m = 1800.0 - 200.0 - 25.0
-    buffers_m = 0.01 * 1500.0 + 3.0 + 0.01 * (limit_m - 300.0) + 3.0
+    eoa_m = 1800.0 - 200.0 - 25.0
+    buffers_m = 0.01 * 1500.0 + 3.0 + 0.01 * (eoa_m - 300.0) + 3.0
     # It was last seen up to a step before.
     assert worst(record)["margin"] == pytest.approx(buffers_m, abs=0.02 * 30.0 * 0.5)
 

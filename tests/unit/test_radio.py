@@ -10,8 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kankaku.railway.arrays import BoolArray
+from kankaku.railway.plan.radio_spec import Outage, RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.radio.data_link import Outage, Radio, RadioSpec, RadioState
+from kankaku.railway.radio.data_link import Radio
+from kankaku.railway.step.state import RadioState
 from tests.property.runs import READY_S
 from tests.worlds import two_station_scenario, world_of
 

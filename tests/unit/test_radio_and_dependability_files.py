@@ -1,4 +1,4 @@
-"""The files of the commands ``radio`` and ``availability``: units, fractions, and faults told."""
+"""The files of the commands ``radio`` and ``availability``: units, fractions, and mistakes told."""
 
 from pathlib import Path
 
@@ -6,8 +6,8 @@ import pytest
 
 from kankaku.railway.plan.line import Line
 from kankaku.railway.radio.cells import Link, RadioPlan
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.dependability_files import load_configurations, load_fault_tree
-from kankaku.scenarios.reading.load import load
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from kankaku.scenarios.reading.radio_network import load_radio_plan
 from tests.unit.radio_folder import write_radio_scenario
@@ -28,26 +28,26 @@ def line(folder: Path) -> Line:
     return load(folder).line
 
 
-def faults(error: ScenarioError) -> str:
-    return "\n".join(map(str, error.faults))
+def mistakes(error: ScenarioError) -> str:
+    return "\n".join(map(str, error.mistakes))
 
 
 def refused_plan(folder: Path, line: Line) -> str:
     with pytest.raises(ScenarioError) as raised:
         load_radio_plan(folder, line)
-    return faults(raised.value)
+    return mistakes(raised.value)
 
 
 def refused_devices(folder: Path) -> str:
     with pytest.raises(ScenarioError) as raised:
         load_configurations(folder)
-    return faults(raised.value)
+    return mistakes(raised.value)
 
 
 def refused_tree(folder: Path) -> str:
     with pytest.raises(ScenarioError) as raised:
         load_fault_tree(folder)
-    return faults(raised.value)
+    return mistakes(raised.value)
 
 
 def test_a_radio_network_in_si_units(folder: Path, line: Line) -> None:

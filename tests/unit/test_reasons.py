@@ -13,8 +13,8 @@ from kankaku.controllers.registry import build
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, Obstacle
 from kankaku.railway.plan.line import Crossing, SpeedLimit
+from kankaku.railway.plan.radio_spec import LOSSLESS, Outage
 from kankaku.railway.plan.scenario import ControllerSpec, Option, Scenario
-from kankaku.railway.radio.data_link import LOSSLESS, Outage
 from kankaku.railway.step.control import Controller
 from kankaku.railway.step.reasons import ReasonError
 from kankaku.railway.step.records import RunRecord
@@ -168,7 +168,7 @@ def zone_scenario(cause: Cause) -> Scenario:
     [
         (crossing_scenario, "road"),
         (lambda: zone_scenario(Cause.WORK), "zone"),
-        (lambda: zone_scenario(Cause.FAULT), "zone"),
+        (lambda: zone_scenario(Cause.FAILURE), "zone"),
     ],
     ids=["level crossing", "work zone", "fault"],
 )
@@ -223,7 +223,7 @@ def test_a_lower_code_names_the_train_in_the_occupied_block() -> None:
 def test_a_train_that_brakes_for_its_platform_does_so_whatever_is_behind_it() -> None:
     # T1 stands 30 m further on than the end of the platform: no hindrance, but near.
     fault = Closure(
-        "zone", Cause.FAULT, ("main",), 1350.0, 1400.0, READY_S, READY_S + 60.0, READY_S + 400.0
+        "zone", Cause.FAILURE, ("main",), 1350.0, 1400.0, READY_S, READY_S + 60.0, READY_S + 400.0
     )
     scenario = replace(two_station_scenario(1), disruptions=Disruptions((fault,)))
     samples = samples_of(scenario)
@@ -274,7 +274,7 @@ class Strolling:
         """Nothing to remember."""
 
     def advise(self, state: LineState, authority: Authority, memory: None) -> tuple[Advice, None]:
-        size = authority.limit_m.size
+        size = authority.eoa_m.size
         reason = self._reason if state.time_s >= self._since_s else 0
         return Advice(np.full(size, 2.0), np.full(size, reason)), memory
 

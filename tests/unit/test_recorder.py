@@ -5,9 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from kankaku.railway.loop.recorder import BLOCK_STEPS, DWELLING, Recorder, StepBlock
+from kankaku.railway.loop.recorder import DWELLING, Recorder
 from kankaku.railway.loop.tracker import Tracker
 from kankaku.railway.step.state import Reason
+from kankaku.railway.step.step_block import BLOCK_STEPS, StepBlock
 from tests.property.runs import controller_of, run
 from tests.worlds import two_station_scenario, world_of
 

@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kankaku.controllers.centre.reports import emergency, no_reports, radio_of, take_reports
-from kankaku.railway.radio.data_link import Radio, RadioSpec
+from kankaku.railway.plan.radio_spec import RadioSpec
+from kankaku.railway.radio.data_link import Radio
 from kankaku.railway.step.state import LineState
 from tests.states import behind
 from tests.worlds import two_station_scenario, world_of

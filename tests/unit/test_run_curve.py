@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.motion.run_curve import RunCurve, RunTimeError, fastest_run, timed_run
 from kankaku.railway.plan.buffers import Buffers
-from kankaku.railway.plan.line import Curve, Gradient, Line, Section, SpeedLimit, Track
+from kankaku.railway.plan.line import Gradient, Line, Section, SpeedLimit, Track, TrackCurve
 from kankaku.railway.plan.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance
 from tests.property.dense_run import Radio, dense_run, inertial_kg, pull_n, rolling_n
 
@@ -33,7 +33,7 @@ TRAIN = TrainType(
 )
 LIMITS = (SpeedLimit(600.0, 900.0, 15.0), SpeedLimit(1500.0, 1650.0, 18.0))
 GRADIENTS = (Gradient(300.0, 800.0, 0.012), Gradient(1200.0, 1700.0, -0.01))
-CURVES = (Curve(500.0, 900.0, 400.0),)
+CURVES = (TrackCurve(500.0, 900.0, 400.0),)
 MANY_LIMITS = (
     SpeedLimit(250.0, 420.0, 12.0),
     SpeedLimit(900.0, 1000.0, 9.0),
@@ -48,7 +48,7 @@ RADIO = Radio(0.001, 0.5, 2.0, BALISES_M)
 def make_line(
     limits: tuple[SpeedLimit, ...] = (),
     gradients: tuple[Gradient, ...] = (),
-    curves: tuple[Curve, ...] = (),
+    curves: tuple[TrackCurve, ...] = (),
 ) -> Line:
     section = Section(-500.0, END_M, (Track("main", -500.0, END_M),))
     return Line("test", (), (section,), (), (), limits, gradients, curves, (), ())

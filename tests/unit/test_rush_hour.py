@@ -11,9 +11,9 @@ import pytest
 from scipy.stats import spearmanr
 
 from kankaku.railway.plan.scenario import Scenario
-from kankaku.scenarios.reading.load import load
-from kankaku.scenarios.reading.public_timetable import Source, read_source
-from kankaku.scenarios.reading.reconstruct import (
+from kankaku.scenarios.loading.load import load
+from kankaku.scenarios.loading.public_timetable import Source, read_source
+from kankaku.scenarios.loading.reconstruct import (
     PLATFORM_INTERVAL_S,
     RUN_ALLOWANCE,
     fastest_run_times,

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from tests.unit.scenario_folder import replace, write_scenario
 
@@ -164,9 +164,9 @@ def test_a_train_does_not_start_in_points(tmp_path: Path, old: str, new: str) ->
     replace(folder, "turnouts.csv", old, new)
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    (fault,) = caught.value.faults
-    assert (fault.file, fault.where) == ("calls.csv", "row 5, column track")
-    assert "'B2' starts in the fouling section" in fault.problem
+    (mistake,) = caught.value.mistakes
+    assert (mistake.file, mistake.where) == ("calls.csv", "row 5, column track")
+    assert "'B2' starts in the fouling section" in mistake.problem
 
 
 @pytest.mark.parametrize(("file", "old", "new", "where"), CASES.values(), ids=CASES)
@@ -175,9 +175,9 @@ def test_contradiction(tmp_path: Path, file: str, old: str, new: str, where: str
     replace(folder, file, old, new)
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    faults = caught.value.faults
-    assert (file, where) in {(fault.file, fault.where) for fault in faults}
-    assert all(fault.problem and fault.allowed for fault in faults)
+    mistakes = caught.value.mistakes
+    assert (file, where) in {(mistake.file, mistake.where) for mistake in mistakes}
+    assert all(mistake.problem and mistake.allowed for mistake in mistakes)
 
 
 def test_a_train_longer_than_the_platform_is_named_at_every_call(tmp_path: Path) -> None:
@@ -185,11 +185,11 @@ def test_a_train_longer_than_the_platform_is_named_at_every_call(tmp_path: Path)
     replace(folder, "rolling_stock.toml", "length_m = 200.0", "length_m = 240.0")
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    faults = caught.value.faults
-    places = [(fault.file, fault.where) for fault in faults]
+    mistakes = caught.value.mistakes
+    places = [(mistake.file, mistake.where) for mistake in mistakes]
     rows = (2, 3, 4)
     assert places[:3] == [("calls.csv", f"row {row}, column track") for row in rows]
-    also = [fault.problem.partition(", and so in ")[2] for fault in faults]
+    also = [mistake.problem.partition(", and so in ")[2] for mistake in mistakes]
     assert also == ["row 7", "rows 5, 8", "rows 6, 9"]
 
 
@@ -206,7 +206,7 @@ def test_parallel_tracks_need_a_turnout_for_a_change(tmp_path: Path) -> None:
     replace(folder, "turnouts.csv", "joining,1.6,1.54,1.61\n", "")
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    assert [(fault.file, fault.where) for fault in caught.value.faults] == [
+    assert [(mistake.file, mistake.where) for mistake in caught.value.mistakes] == [
         ("calls.csv", "row 5, column track")
     ]
 
@@ -224,7 +224,7 @@ def test_two_tracks_of_one_section_in_one_trip(tmp_path: Path) -> None:
     replace(folder, "calls.csv", "A1,last", "A1,extra,middle-2,07:03:30,07:04:00\nA1,last")
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    assert any("same section" in fault.problem for fault in caught.value.faults)
+    assert any("same section" in mistake.problem for mistake in caught.value.mistakes)
 
 
 def test_one_fault_has_no_followers(tmp_path: Path) -> None:
@@ -232,7 +232,7 @@ def test_one_fault_has_no_followers(tmp_path: Path) -> None:
     replace(folder, "stations.csv", "二,1.5", "二,x")
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    assert [(fault.file, fault.where) for fault in caught.value.faults] == [
+    assert [(mistake.file, mistake.where) for mistake in caught.value.mistakes] == [
         ("stations.csv", "row 3, column chainage_km")
     ]
 
@@ -247,10 +247,10 @@ def test_circuits(tmp_path: Path, old: str, new: str, where: str, allowed: str) 
     replace(folder, "circuits.csv", old, new)
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    faults = caught.value.faults
-    assert {fault.file for fault in faults} == {"circuits.csv"}
-    assert any(fault.where == where and allowed in fault.allowed for fault in faults)
-    assert all(fault.problem for fault in faults)
+    mistakes = caught.value.mistakes
+    assert {mistake.file for mistake in mistakes} == {"circuits.csv"}
+    assert any(mistake.where == where and allowed in mistake.allowed for mistake in mistakes)
+    assert all(mistake.problem for mistake in mistakes)
 
 
 def test_one_wrong_circuit_has_no_followers(tmp_path: Path) -> None:
@@ -259,7 +259,7 @@ def test_one_wrong_circuit_has_no_followers(tmp_path: Path) -> None:
     (folder / "circuits.csv").write_text(wrong, encoding="utf-8")
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    assert [(fault.file, fault.where) for fault in caught.value.faults] == [
+    assert [(mistake.file, mistake.where) for mistake in caught.value.mistakes] == [
         ("circuits.csv", "row 2, column end_km")
     ]
 
@@ -270,5 +270,5 @@ def test_circuits_without_blocks_are_refused_once(tmp_path: Path) -> None:
     (folder / "blocks.csv").unlink()
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    (fault,) = caught.value.faults
-    assert (fault.file, fault.where, fault.allowed) == ("circuits.csv", "", "with blocks.csv")
+    (mistake,) = caught.value.mistakes
+    assert (mistake.file, mistake.where, mistake.allowed) == ("circuits.csv", "", "with blocks.csv")

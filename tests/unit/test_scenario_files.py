@@ -7,8 +7,8 @@ import pytest
 
 from kankaku.railway.plan.dwell import Overstay
 from kankaku.railway.plan.line import SpeedLimit
-from kankaku.scenarios.reading.load import load
-from kankaku.scenarios.reading.mistakes import Fault, ScenarioError
+from kankaku.scenarios.loading.load import load
+from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError
 from tests.unit.scenario_folder import FILES, replace, write_scenario
 
 DETECTION = "[train_detection]\nrelease_delay_s = 2.5\n\n"
@@ -19,18 +19,18 @@ def folder(tmp_path: Path) -> Path:
     return write_scenario(tmp_path / "small")
 
 
-def faults_of(folder: Path) -> tuple[Fault, ...]:
+def faults_of(folder: Path) -> tuple[Mistake, ...]:
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    return caught.value.faults
+    return caught.value.mistakes
 
 
-def only_fault(folder: Path) -> Fault:
-    faults = faults_of(folder)
-    assert len(faults) == 1, faults
-    assert faults[0].problem
-    assert faults[0].allowed
-    return faults[0]
+def only_fault(folder: Path) -> Mistake:
+    mistakes = faults_of(folder)
+    assert len(mistakes) == 1, mistakes
+    assert mistakes[0].problem
+    assert mistakes[0].allowed
+    return mistakes[0]
 
 
 def test_units_become_si(folder: Path) -> None:
@@ -109,9 +109,9 @@ def test_without_circuits_every_block_is_one_and_is_released_after_a_second(fold
 def test_train_detection(folder: Path, new: str, where: str, allowed: str) -> None:
     detection = DETECTION.replace("release_delay_s = 2.5", new)
     replace(folder, "scenario.toml", "[[overstays]]", detection + "[[overstays]]")
-    fault = only_fault(folder)
-    assert (fault.file, fault.where) == ("scenario.toml", f"train_detection.{where}")
-    assert allowed in fault.allowed
+    mistake = only_fault(folder)
+    assert (mistake.file, mistake.where) == ("scenario.toml", f"train_detection.{where}")
+    assert allowed in mistake.allowed
 
 
 def test_another_folder_lends_its_line(folder: Path, tmp_path: Path) -> None:
@@ -136,9 +136,9 @@ def test_a_folder_that_cannot_be_used(folder: Path, named: str) -> None:
 )
 def test_missing_file(folder: Path, name: str) -> None:
     (folder / name).unlink()
-    fault = only_fault(folder)
-    assert (fault.file, fault.where) == (name, "")
-    assert "missing" in fault.problem
+    mistake = only_fault(folder)
+    assert (mistake.file, mistake.where) == (name, "")
+    assert "missing" in mistake.problem
 
 
 @pytest.mark.parametrize(
@@ -187,7 +187,7 @@ def test_missing_file(folder: Path, name: str) -> None:
 )
 def test_rolling_stock(folder: Path, old: str, new: str, where: str, says: str) -> None:
     replace(folder, "rolling_stock.toml", f"\n{old}", f"\n{new}")
-    named = {(fault.file, fault.where): fault for fault in faults_of(folder)}
+    named = {(mistake.file, mistake.where): mistake for mistake in faults_of(folder)}
     assert says in named["rolling_stock.toml", where].allowed
 
 
@@ -243,8 +243,8 @@ def test_the_same_controller_twice(folder: Path) -> None:
 
 def test_unreadable_toml_names_the_line(folder: Path) -> None:
     replace(folder, "rolling_stock.toml", "length_m = 200.0", "length_m = = 200.0")
-    fault = only_fault(folder)
-    assert (fault.file, fault.where) == ("rolling_stock.toml", "line 5")
+    mistake = only_fault(folder)
+    assert (mistake.file, mistake.where) == ("rolling_stock.toml", "line 5")
     (folder / "rolling_stock.toml").write_text('schema_version = "1', encoding="utf-8")
     assert only_fault(folder).where == "line 1"
 
@@ -268,15 +268,15 @@ def test_unreadable_toml_names_the_line(folder: Path) -> None:
 )
 def test_csv(folder: Path, old: str, new: str, where: str, says: str) -> None:
     replace(folder, "limits.csv", old, new)
-    named = {(fault.file, fault.where): fault for fault in faults_of(folder)}
+    named = {(mistake.file, mistake.where): mistake for mistake in faults_of(folder)}
     assert says in named["limits.csv", where].allowed
 
 
 @pytest.mark.parametrize("content", ["", "\n\n"])
 def test_empty_csv(folder: Path, content: str) -> None:
     (folder / "stations.csv").write_text(content, encoding="utf-8")
-    fault = only_fault(folder)
-    assert (fault.file, fault.where, fault.problem) == (
+    mistake = only_fault(folder)
+    assert (mistake.file, mistake.where, mistake.problem) == (
         "stations.csv",
         "row 1",
         "the file is empty",
@@ -291,9 +291,9 @@ def test_csv_without_rows(folder: Path) -> None:
 def test_wrong_encoding_names_the_line(folder: Path) -> None:
     text = FILES["stations.csv"].encode("shift_jis")
     (folder / "stations.csv").write_bytes(text)
-    fault = only_fault(folder)
-    assert (fault.file, fault.where) == ("stations.csv", "line 2")
-    assert "UTF-8" in fault.allowed
+    mistake = only_fault(folder)
+    assert (mistake.file, mistake.where) == ("stations.csv", "line 2")
+    assert "UTF-8" in mistake.allowed
 
 
 def test_spreadsheet_habits_are_understood(folder: Path) -> None:
@@ -304,9 +304,9 @@ def test_spreadsheet_habits_are_understood(folder: Path) -> None:
 
 def test_bad_clock(folder: Path) -> None:
     replace(folder, "calls.csv", "A1,first,north-1,07:00:00", "A1,first,north-1,7:00")
-    fault = only_fault(folder)
-    assert (fault.file, fault.where) == ("calls.csv", "row 2, column arrival")
-    assert "HH:MM:SS" in fault.allowed
+    mistake = only_fault(folder)
+    assert (mistake.file, mistake.where) == ("calls.csv", "row 2, column arrival")
+    assert "HH:MM:SS" in mistake.allowed
 
 
 def test_all_faults_of_all_files_at_once(folder: Path) -> None:
@@ -316,7 +316,7 @@ def test_all_faults_of_all_files_at_once(folder: Path) -> None:
     replace(folder, "stations.csv", "二,1.5", "二,x")
     replace(folder, "calls.csv", "A1,middle,middle-1,07:02:30", "A1,middle,middle-1,06:59:30")
     (folder / "balises.csv").write_bytes(b"\xff\xfe")
-    places = {(fault.file, fault.where) for fault in faults_of(folder)}
+    places = {(mistake.file, mistake.where) for mistake in faults_of(folder)}
     assert places == {
         ("scenario.toml", "step_ms"),
         ("scenario.toml", "step_s"),

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from kankaku.railway.radio.data_link import LOSSLESS, RadioSpec
-from kankaku.scenarios.reading.load import load
+from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from tests.unit.scenario_folder import replace, write_scenario
 
@@ -49,9 +49,9 @@ def test_what_is_wrong_is_named_with_what_is_allowed(
     replace(folder, "scenario.toml", HEAD, f"[radio]\n{keys}\n\n{HEAD}")
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    (fault,) = caught.value.faults
-    assert (fault.file, fault.where) == ("scenario.toml", where)
-    assert allowed in fault.allowed
+    (mistake,) = caught.value.mistakes
+    assert (mistake.file, mistake.where) == ("scenario.toml", where)
+    assert allowed in mistake.allowed
 
 
 def test_the_step_divides_half_a_cycle_if_anybody_goes_by_radio(folder: Path) -> None:
@@ -60,7 +60,7 @@ def test_the_step_divides_half_a_cycle_if_anybody_goes_by_radio(folder: Path) ->
     replace(folder, "scenario.toml", HEAD, f"{HEAD}radio = true\n")
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    assert [fault.where for fault in caught.value.faults] == ["radio.cycle_s"]
+    assert [mistake.where for mistake in caught.value.mistakes] == ["radio.cycle_s"]
 
 
 def test_a_peer_has_no_radio(folder: Path) -> None:
@@ -68,4 +68,4 @@ def test_a_peer_has_no_radio(folder: Path) -> None:
     replace(folder, "scenario.toml", HEAD, peer + HEAD)
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    assert [fault.where for fault in caught.value.faults] == ["controllers.theirs.radio"]
+    assert [mistake.where for mistake in caught.value.mistakes] == ["controllers.theirs.radio"]

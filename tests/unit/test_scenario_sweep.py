@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kankaku.railway.plan.scenario import Published, Sweep
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from tests.unit.scenario_folder import replace, write_scenario
 from tests.unit.sweep_folder import SWEEP, write_sweep
@@ -97,9 +97,9 @@ def test_what_a_sweep_may_not_say(folder: Path, old: str, new: str, where: str, 
     replace(folder, "scenario.toml", old, new)
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    (fault,) = caught.value.faults
-    assert (fault.file, fault.where) == ("scenario.toml", where)
-    assert says in fault.allowed
+    (mistake,) = caught.value.mistakes
+    assert (mistake.file, mistake.where) == ("scenario.toml", where)
+    assert says in mistake.allowed
 
 
 def test_a_thousand_delays_are_the_most(folder: Path) -> None:

@@ -14,7 +14,7 @@ from kankaku.railway.plan.disruptions import (
     PointsFailure,
 )
 from kankaku.railway.plan.line import Crossing
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from tests.unit.scenario_folder import replace, write_scenario
 
@@ -107,7 +107,7 @@ def test_what_is_beside_the_track_is_read_in_si_units(tmp_path: Path) -> None:
                 *work_s,
                 work_s[1],
             ),
-            Closure("rail", Cause.FAULT, ("north-1",), 500.0, 600.0, *rail_s),
+            Closure("rail", Cause.FAILURE, ("north-1",), 500.0, 600.0, *rail_s),
         ),
         points_failures=(PointsFailure("parting", SEVEN_S + 120.0, SEVEN_S + 240.0),),
         obstacles=(Obstacle("road", SEVEN_S + 300.0, SEVEN_S + 330.0),),
@@ -133,8 +133,8 @@ CASES = {
     "zone no clock": ("07:25:30", "soon", "work_zones.0.released"),
     "zone without begin": ('from = "07:10:00"\n', "", "work_zones.0.from"),
     "zone unknown key": ('released = "', 'relased = "', "work_zones.0.relased"),
-    "fault back in time": ("07:01:00", "06:59:59", "equipment_faults.0.to"),
-    "fault at a start": ("start_km = 0.5", "start_km = 0.0", "equipment_faults.0.start_km"),
+    "mistake back in time": ("07:01:00", "06:59:59", "equipment_faults.0.to"),
+    "mistake at a start": ("start_km = 0.5", "start_km = 0.0", "equipment_faults.0.start_km"),
     "unknown points": ('"parting"', '"partin"', "points_failures.0.turnout"),
     "points back in time": ("07:04:00", "07:02:00", "points_failures.0.to"),
     "unknown crossing": ('crossing = "road"', 'crossing = "rod"', "crossing_obstacles.0.crossing"),
@@ -149,10 +149,10 @@ def test_every_contradiction_is_named_where_it_stands(
 ) -> None:
     with pytest.raises(ScenarioError) as caught:
         load(disturbed(tmp_path, (old, new)))
-    (fault,) = caught.value.faults
-    assert fault.file == "scenario.toml"
-    assert fault.where == where
-    assert fault.allowed
+    (mistake,) = caught.value.mistakes
+    assert mistake.file == "scenario.toml"
+    assert mistake.where == where
+    assert mistake.allowed
 
 
 def test_a_stretch_may_be_closed_between_the_trains_that_start_in_it(tmp_path: Path) -> None:
@@ -182,8 +182,8 @@ def test_a_crossing_must_make_sense_on_its_line(
     replace(tmp_path, "crossings.csv", old, new)
     with pytest.raises(ScenarioError) as caught:
         load(tmp_path)
-    (fault,) = caught.value.faults
-    assert (fault.file, fault.where) == ("crossings.csv", where)
+    (mistake,) = caught.value.mistakes
+    assert (mistake.file, mistake.where) == ("crossings.csv", where)
 
 
 def test_a_crossing_is_not_named_as_points(tmp_path: Path) -> None:
@@ -191,8 +191,8 @@ def test_a_crossing_is_not_named_as_points(tmp_path: Path) -> None:
     replace(tmp_path, "crossings.csv", "road,", "parting,")
     with pytest.raises(ScenarioError) as caught:
         load(tmp_path)
-    (fault,) = caught.value.faults
-    assert (fault.file, fault.where) == ("crossings.csv", "row 2, column id")
+    (mistake,) = caught.value.mistakes
+    assert (mistake.file, mistake.where) == ("crossings.csv", "row 2, column id")
 
 
 def test_a_crossing_has_its_name_once(tmp_path: Path) -> None:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.loop.recorder import StepBlock
 from kankaku.railway.meters.standstill import StandstillWatch
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.step_block import StepBlock
 from tests.property.runs import run
 from tests.worlds import two_station_scenario, world_of
 
@@ -26,7 +26,7 @@ def block(
         time_s=start_s + STEP_S * np.arange(steps + 1, dtype=np.float64),
         front_m=front_m[:, np.newaxis],
         speed_mps=speed_mps[:, np.newaxis],
-        limit_m=np.full((steps + 1, 1), 3000.0),
+        eoa_m=np.full((steps + 1, 1), 3000.0),
         delay_s=np.zeros((steps + 1, 1)),
         next_call=np.ones((steps + 1, 1), dtype=np.intp),
         surprised=np.zeros((steps + 1, 1), dtype=np.bool_),

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.dependability_files import load_fault_tree
-from kankaku.scenarios.reading.load import load
-from kankaku.scenarios.reading.mistakes import Fault, ScenarioError
+from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError
 from kankaku.scenarios.reading.raw import UnreadableError, read_whole
 from tests.unit.scenario_folder import FILES, replace, write_scenario
 
@@ -17,15 +17,15 @@ def folder(tmp_path: Path) -> Path:
     return write_scenario(tmp_path / "small")
 
 
-def faults_of(folder: Path) -> tuple[Fault, ...]:
+def faults_of(folder: Path) -> tuple[Mistake, ...]:
     with pytest.raises(ScenarioError) as caught:
         load(folder)
-    return caught.value.faults
+    return caught.value.mistakes
 
 
-def only_fault(folder: Path) -> Fault:
-    (fault,) = faults_of(folder)
-    return fault
+def only_fault(folder: Path) -> Mistake:
+    (mistake,) = faults_of(folder)
+    return mistake
 
 
 def dangling(file: Path) -> None:
@@ -57,8 +57,8 @@ def test_what_is_there_and_no_file_is_never_taken_for_absent(
     assert callable(make)
     (folder / name).unlink()
     make(folder / name)
-    named = [fault for fault in faults_of(folder) if fault.file == name]
-    assert [told in fault.problem for fault in named] == [True]
+    named = [mistake for mistake in faults_of(folder) if mistake.file == name]
+    assert [told in mistake.problem for mistake in named] == [True]
 
 
 def test_a_fault_tree_that_links_to_nothing_is_refused(folder: Path) -> None:
@@ -93,16 +93,16 @@ def test_a_file_longer_than_allowed_is_not_read(tmp_path: Path) -> None:
 def test_deep_and_huge_keys_are_refused_in_words(folder: Path, text: str, told: str) -> None:
     main = FILES["scenario.toml"].replace("seed = 7\n", "") if "seed" in text else ""
     (folder / "scenario.toml").write_text(f"{text}\n{main}", encoding="utf-8")
-    problems = [fault.problem for fault in faults_of(folder)]
+    problems = [mistake.problem for mistake in faults_of(folder)]
     assert any(told in problem for problem in problems)
     assert len(problems) < 60
 
 
 def test_an_option_beyond_all_floating_point_numbers_is_refused(folder: Path) -> None:
     replace(folder, "scenario.toml", "margin_m = 10.0", f"margin_m = 1{'0' * 400}")
-    fault = only_fault(folder)
-    assert "a number of more than 60 digits is not allowed" in fault.problem
-    assert "a finite number" in fault.allowed
+    mistake = only_fault(folder)
+    assert "a number of more than 60 digits is not allowed" in mistake.problem
+    assert "a finite number" in mistake.allowed
 
 
 @pytest.mark.parametrize(
@@ -122,14 +122,14 @@ def test_huge_and_binary_tables_are_refused_in_words(
     folder: Path, content: bytes, told: str
 ) -> None:
     (folder / "limits.csv").write_bytes(content)
-    assert any(told in fault.problem for fault in faults_of(folder))
+    assert any(told in mistake.problem for mistake in faults_of(folder))
 
 
 def test_a_bad_byte_is_named_with_its_line_in_a_long_file(folder: Path) -> None:
     text = "start_km,end_km,limit_kmh\n" + "9.0,9.5,60\n" * 100_000
     content = bytearray(text.encode() + "\u99c5\n".encode())
     (folder / "limits.csv").write_bytes(bytes(content))
-    assert all("UTF-8" not in fault.problem for fault in faults_of(folder))
+    assert all("UTF-8" not in mistake.problem for mistake in faults_of(folder))
     content[-2] = 0x20
     (folder / "limits.csv").write_bytes(bytes(content))
     assert only_fault(folder).where == "line 100002"
@@ -139,18 +139,18 @@ def test_a_bad_byte_is_named_with_its_line_in_a_long_file(folder: Path) -> None:
 def test_one_bad_column_is_one_sentence(folder: Path, rows: int) -> None:
     body = "".join(f"{number / 1e4},x,90\n" for number in range(rows))
     (folder / "limits.csv").write_text(f"start_km,end_km,limit_kmh\n{body}", encoding="utf-8")
-    fault = only_fault(folder)
-    assert fault.where == "row 2, column end_km"
+    mistake = only_fault(folder)
+    assert mistake.where == "row 2, column end_km"
     more = "rows 3, 4" if rows == 3 else f"{rows - 1} more rows"
-    assert fault.problem == f"'x' is not allowed, and so in {more}"
+    assert mistake.problem == f"'x' is not allowed, and so in {more}"
 
 
 def test_rows_of_another_length_are_one_sentence(folder: Path) -> None:
     replace(folder, "limits.csv", "-0.3,1.0,90\n1.0,2.0,75", "-0.3,1.0,90,\n1.0,2.0,75,")
-    fault = only_fault(folder)
-    assert fault.where == "row 2"
+    mistake = only_fault(folder)
+    assert mistake.where == "row 2"
     told = "has 4 fields, the last one empty after a comma, and so in row 3"
-    assert fault.problem == told
+    assert mistake.problem == told
 
 
 def test_good_rows_of_many_pieces_are_all_read_in_their_order(folder: Path) -> None:
@@ -204,6 +204,6 @@ def test_measured_delays_that_nobody_asks_for_are_told(folder: Path) -> None:
 @pytest.mark.parametrize("name", ["a\x1b[31m", "line\nbreak", "\u202eabc"])
 def test_a_folder_whose_name_cannot_be_written_is_refused(tmp_path: Path, name: str) -> None:
     folder = write_scenario(tmp_path / name)
-    fault = only_fault(folder)
-    assert "name" in fault.problem
-    assert str(fault).isprintable()
+    mistake = only_fault(folder)
+    assert "name" in mistake.problem
+    assert str(mistake).isprintable()

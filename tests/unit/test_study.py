@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from kankaku.analysis.results import read_results
 from kankaku.commands import app
 from kankaku.controllers import registry
-from kankaku.scenarios.reading.load import load
+from kankaku.scenarios.loading.load import load
 from kankaku.studies import study
 from tests.cli.command import contents, kankaku, two_controllers
 from tests.cli.layers import BLIND

@@ -6,18 +6,19 @@ import numpy as np
 import pytest
 
 from kankaku.railway.loop.unfinished import Ending, unfinished
-from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, WaysideState
+from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
 from kankaku.railway.plan.line import Crossing, Gradient
 from kankaku.railway.plan.rolling_stock import Traction
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.obstructions import WaysideState
 from kankaku.railway.step.records import Unfinished
 from kankaku.railway.step.state import NOTHING, Authority, LineState
 from tests.property.runs import run
 from tests.states import behind
 from tests.worlds import commuter_train, two_station_scenario, world_of
 
-CLOSURE = Closure("zone", Cause.FAULT, ("main",), 900.0, 950.0, 0.0, np.inf, np.inf)
+CLOSURE = Closure("zone", Cause.FAILURE, ("main",), 900.0, 950.0, 0.0, np.inf, np.inf)
 
 
 def told(world: World, state: LineState) -> Unfinished:

@@ -292,7 +292,7 @@ def test_who_stands_behind_a_train_that_is_kept_out_is_kept_out_too() -> None:
 
 
 def test_a_fault_is_in_force_at_once_for_all_that_have_not_come_to_it() -> None:
-    fault = zone(cause=Cause.FAULT, until_s=np.inf)
+    fault = zone(cause=Cause.FAILURE, until_s=np.inf)
     stage = Stage(world_of(two_station_scenario(3)), Disruptions((fault,)))
     stage.at(99.5, [1010.0, 790.0, 300.0], 20.0)
     assert not stage.wayside.state.concerns.any()

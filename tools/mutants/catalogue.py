@@ -145,8 +145,8 @@ MUTANTS: tuple[Mutant, ...] = (
         "moving",
         (
             "railway/loop/tracker.py",
-            "np.minimum(granted_m, known.obstructed_m)",
-            "np.minimum(granted_m, np.inf)",
+            "np.minimum(granted_to_m, known.obstructed_m)",
+            "np.minimum(granted_to_m, np.inf)",
         ),
     ),
     _mutant(
@@ -254,10 +254,10 @@ MUTANTS: tuple[Mutant, ...] = (
         "control_map",
         (
             CONTROL_MAP,
-            "furthest_m = np.where(plan.planned, limit_m.max(axis=1), -np.inf)",
+            "furthest_m = np.where(plan.planned, eoa_m.max(axis=1), -np.inf)",
             (
-                "limit_m = limit_m + 60.0\n"
-                "        furthest_m = np.where(plan.planned, limit_m.max(axis=1), -np.inf)"
+                "eoa_m = eoa_m + 60.0\n"
+                "        furthest_m = np.where(plan.planned, eoa_m.max(axis=1), -np.inf)"
             ),
         ),
         (CONTROL_MAP, "if not self._excludes(", "if False and not self._excludes("),

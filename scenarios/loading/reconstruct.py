@@ -7,7 +7,7 @@ chosen whose dwells and run times stay closest to their usual figures. In units 
 seconds all constraints are differences of two times with whole bounds, so their matrix is
 totally unimodular and the linear programme has a whole-numbered solution.
 
-``python -m kankaku.scenarios.reading.reconstruct --force scenarios/rush_hour`` writes ``calls.csv``
+``python -m kankaku.scenarios.loading.reconstruct --force scenarios/rush_hour`` writes ``calls.csv``
 anew.
 """
 
@@ -28,7 +28,7 @@ from scipy.optimize import linprog
 from scipy.sparse import coo_array
 
 from kankaku.railway.motion.run_curve import fastest_run
-from kankaku.scenarios.reading.public_timetable import PUBLIC_FILE, Source, read_source
+from kankaku.scenarios.loading.public_timetable import PUBLIC_FILE, Source, read_source
 
 CALLS_FILE = "calls.csv"
 EXIT_BAD_INPUT = 2
@@ -338,7 +338,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit status.
     """
     parser = argparse.ArgumentParser(
-        prog="python -m kankaku.scenarios.reading.reconstruct",
+        prog="python -m kankaku.scenarios.loading.reconstruct",
         description=f"Write {CALLS_FILE} of a scenario folder: a timetable to the second that "
         f"obeys the whole departure minutes of {PUBLIC_FILE}.",
     )

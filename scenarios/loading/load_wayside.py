@@ -17,7 +17,7 @@ def to_turnouts(tables: LineTables) -> tuple[Turnout, ...]:
     Parameters
     ----------
     tables
-        Files without faults.
+        Files without mistakes.
 
     Returns
     -------
@@ -44,7 +44,7 @@ def to_crossings(tables: LineTables) -> tuple[Crossing, ...]:
     Parameters
     ----------
     tables
-        Files without faults.
+        Files without mistakes.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def to_disruptions(main: ScenarioFile, line: Line) -> Disruptions:
     Parameters
     ----------
     main
-        Main file without faults.
+        Main file without mistakes.
     line
         The line.
 
@@ -104,7 +104,7 @@ def _to_closure(entry: ClosureEntry, line: Line) -> Closure:
     late = entry.released if isinstance(entry, WorkZoneEntry) else None
     return Closure(
         id=entry.id,
-        cause=Cause.WORK if work else Cause.FAULT,
+        cause=Cause.WORK if work else Cause.FAILURE,
         tracks=entry.tracks or line.tracks_between(start_m, end_m),
         start_m=start_m,
         end_m=end_m,

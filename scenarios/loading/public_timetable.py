@@ -1,7 +1,7 @@
 """
 Public timetables: whole departure minutes by train and station, and the files beside them.
 
-``kankaku.scenarios.reading.reconstruct`` finds the seconds.
+``kankaku.scenarios.loading.reconstruct`` finds the seconds.
 """
 
 import csv
@@ -13,10 +13,10 @@ from pathlib import Path
 
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.rolling_stock import TrainType
-from kankaku.scenarios.checks.check_line import LineTables, line_faults
+from kankaku.scenarios.checks.check_line import LineTables, line_mistakes
+from kankaku.scenarios.loading.load import read_line, read_stock, to_line, to_train_types
 from kankaku.scenarios.reading.files import Reader, Table
-from kankaku.scenarios.reading.load import read_line, read_stock, to_line, to_train_types
-from kankaku.scenarios.reading.mistakes import Fault, ScenarioError, meant, row_place
+from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError, meant, row_place
 from kankaku.scenarios.reading.schema import DwellStationRow, ServiceRow
 
 PUBLIC_FILE = "public_timetable.csv"
@@ -55,19 +55,19 @@ def read_source(folder: Path) -> Source:
     Raises
     ------
     ScenarioError
-        With every fault of the files.
+        With every mistake of the files.
     """
     reader = Reader()
     line = read_line(reader, folder)
     stock = read_stock(reader, folder)
     services = reader.csv(folder / "services.csv", "timetable", ServiceRow)
     dwell = reader.csv(folder / "dwell_stations.csv", "timetable", DwellStationRow)
-    reader.faults += line_faults(line)
-    public = _read_public(folder / PUBLIC_FILE, line, reader.faults)
+    reader.mistakes += line_mistakes(line)
+    public = _read_public(folder / PUBLIC_FILE, line, reader.mistakes)
     if stock is not None:
-        reader.faults += _service_faults(services, dwell, public, list(stock.train))
-    if reader.faults or stock is None:
-        raise ScenarioError(tuple(dict.fromkeys(reader.faults)))
+        reader.mistakes += _service_mistakes(services, dwell, public, list(stock.train))
+    if reader.mistakes or stock is None:
+        raise ScenarioError(tuple(dict.fromkeys(reader.mistakes)))
     return Source(
         line=to_line(line, folder.name),
         train_types=to_train_types(stock),
@@ -77,74 +77,76 @@ def read_source(folder: Path) -> Source:
     )
 
 
-def _service_faults(
+def _service_mistakes(
     services: Table[ServiceRow],
     dwell: Table[DwellStationRow],
     public: Mapping[str, Mapping[str, int]],
     types: Sequence[str],
-) -> Iterator[Fault]:
+) -> Iterator[Mistake]:
     with_dwell = {row.station for row in dwell}
     for row in services:
         if row.train_type not in types:
             problem = f"unknown train type {row.train_type!r}"
-            yield services.fault(row, "train_type", problem, meant(row.train_type, types))
+            yield services.mistake(row, "train_type", problem, meant(row.train_type, types))
         if public and row.train not in public:
             problem = f"train {row.train!r} is not in {PUBLIC_FILE}"
-            yield services.fault(row, _TRAIN, problem, "trains with public minutes")
+            yield services.mistake(row, _TRAIN, problem, "trains with public minutes")
     called = dict.fromkeys(station for minutes in public.values() for station in minutes)
     for station in called:
         if dwell.present and station not in with_dwell:
             problem = f"no dwell times of {station!r}, which {PUBLIC_FILE} has"
-            yield Fault(dwell.file, "", problem, "a row for each of its stations")
+            yield Mistake(dwell.file, "", problem, "a row for each of its stations")
 
 
-def _read_public(path: Path, line: LineTables, faults: list[Fault]) -> dict[str, dict[str, int]]:
+def _read_public(
+    path: Path, line: LineTables, mistakes: list[Mistake]
+) -> dict[str, dict[str, int]]:
     """Return the public minutes by train and station; append what is wrong with them."""
     allowed = "a readable file of departure minutes, encoded as UTF-8"
     try:
         text = path.read_text(encoding="utf-8-sig")
         header, *rows = csv.reader(io.StringIO(text, newline="")) if text.strip() else [[]]
     except UnicodeDecodeError:
-        faults.append(Fault(path.name, "", "bytes that are not UTF-8", allowed))
+        mistakes.append(Mistake(path.name, "", "bytes that are not UTF-8", allowed))
         return {}
     except (OSError, csv.Error) as error:
         told = getattr(error, "strerror", None) or str(error)
-        faults.append(Fault(path.name, "", f"cannot be read: {told}", allowed))
+        mistakes.append(Mistake(path.name, "", f"cannot be read: {told}", allowed))
         return {}
-    known = len(faults)
-    faults += _header_faults(path.name, header, line)
-    if len(faults) > known:
+    known = len(mistakes)
+    mistakes += _header_mistakes(path.name, header, line)
+    if len(mistakes) > known:
         return {}
     public: dict[str, dict[str, int]] = {}
     for number, cells in enumerate(rows, start=2):
         if any(cells):
-            faults += _add_row(public, path.name, number, dict(zip(header, cells, strict=False)))
+            mistakes += _add_row(public, path.name, number, dict(zip(header, cells, strict=False)))
     return public
 
 
-def _header_faults(file: str, header: Sequence[str], line: LineTables) -> Iterator[Fault]:
+def _header_mistakes(file: str, header: Sequence[str], line: LineTables) -> Iterator[Mistake]:
     if _TRAIN not in header:
-        yield Fault(file, row_place(1, _TRAIN), "is missing", "train, and stations on the way")
+        yield Mistake(file, row_place(1, _TRAIN), "is missing", "train, and stations on the way")
     stops = {row.station: row.stop_km for row in line.platforms}
     stations = [name for name in header if name != _TRAIN]
     for name in stations:
         if name not in stops:
             problem = f"{name!r} is no station with a platform"
-            yield Fault(file, row_place(1, name), problem, meant(name, list(stops)))
+            yield Mistake(file, row_place(1, name), problem, meant(name, list(stops)))
     if len(set(header)) < len(header):
-        yield Fault(file, "row 1", "a column occurs twice", "every station once")
+        yield Mistake(file, "row 1", "a column occurs twice", "every station once")
     places_km = [stops[name] for name in stations if name in stops]
     if places_km != sorted(places_km):
-        yield Fault(file, "row 1", "stations are out of order", "their order on the way")
+        yield Mistake(file, "row 1", "stations are out of order", "their order on the way")
 
 
 def _add_row(
     public: dict[str, dict[str, int]], file: str, number: int, cells: Mapping[str, str]
-) -> Iterator[Fault]:
+) -> Iterator[Mistake]:
     train = cells.get(_TRAIN, "")
     if not train or train in public:
         problem = f"train {train!r} occurs twice" if train else "no train"
-        yield Fault(file, row_place(number, _TRAIN), problem, "every train once")
+        yield Mistake(file, row_place(number, _TRAIN), problem, "every train once")
         return
     minutes = public[train] = {}
     for station, clock in cells.items():
@@ -154,7 +156,7 @@ def _add_row(
         if found and int(found[1]) < 30:
             minutes[station] = 60 * int(found[1]) + int(found[2])
         else:
-            yield Fault(file, row_place(number, station), f"{clock!r}", _MINUTE_TEXT)
+            yield Mistake(file, row_place(number, station), f"{clock!r}", _MINUTE_TEXT)
     if not minutes:
         problem = f"train {train!r} departs nowhere"
-        yield Fault(file, row_place(number), problem, "one departure or more")
+        yield Mistake(file, row_place(number), problem, "one departure or more")

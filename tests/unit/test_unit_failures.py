@@ -11,19 +11,19 @@ from kankaku.controllers.control_map.map_protection import ControlMap, ControlMa
 from kankaku.controllers.control_map.measuring import RATIO, Notice
 from kankaku.controllers.control_map.wrong_maps import WrongMaps
 from kankaku.controllers.registry import build
-from kankaku.railway.failures.random_failures import DURATION_S, SIZE, WHEEL_S, draw_fault
+from kankaku.railway.failures.random_failures import DURATION_S, SIZE, WHEEL_S, draw_failure
 from kankaku.railway.failures.unit_failures import (
     CENTRE,
     KIND_OF,
     VARIANTS,
-    Fault,
-    FaultKind,
+    FailureMode,
+    UnitFailure,
     Units,
     Variant,
 )
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
+from kankaku.railway.plan.radio_spec import LOSSLESS
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
-from kankaku.railway.radio.data_link import LOSSLESS
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Authority, LineState, Reason
 from tests.property.runs import READY_S, Observed, loop_station_scenario, run
@@ -61,30 +61,34 @@ def two_trains(headway_s: float = 90.0, balises_m: Sequence[float] = BALISES_M) 
 
 
 def failing(
-    scenario: Scenario, *faults: Fault, overstay_s: float = 0.0
+    scenario: Scenario, *unit_failures: UnitFailure, overstay_s: float = 0.0
 ) -> tuple[RunRecord, Observed, Listener]:
     world = world_of(scenario)
     honest = build(SPEC, world, LOSSLESS)
     protection = honest.protection
-    for fault in faults:
-        if fault.kind is FaultKind.MAP:
+    for failure in unit_failures:
+        if failure.kind is FailureMode.MAP:
             options: Any = SPEC.protection_options
-            protection = WrongMaps(world, ControlMapOptions(**options), LOSSLESS, fault)
+            protection = WrongMaps(world, ControlMapOptions(**options), LOSSLESS, failure)
     listener = Listener(protection)
     delay_s = np.zeros((world.size, world.stop_m.shape[1] - 1))
     delay_s[0, 1] = overstay_s
     controller = replace(honest, protection=listener)
     record, engine = run(
-        scenario, controller=controller, delay_s=delay_s, radio=LOSSLESS, faults=faults
+        scenario,
+        controller=controller,
+        delay_s=delay_s,
+        radio=LOSSLESS,
+        unit_failures=unit_failures,
     )
     return record, engine, listener
 
 
-def fault(
+def failure(
     variant: Variant, unit: str, from_s: float, duration_s: float, size: float = 0.0
-) -> Fault:
-    """A fault that begins so long after the first train was ready."""
-    return Fault(variant, unit, READY_S + from_s, READY_S + from_s + duration_s, size)
+) -> UnitFailure:
+    """A failure that begins so long after the first train was ready."""
+    return UnitFailure(variant, unit, READY_S + from_s, READY_S + from_s + duration_s, size)
 
 
 def braked(record: RunRecord) -> set[int]:
@@ -101,7 +105,7 @@ def assert_safe(record: RunRecord) -> None:
 
 def test_wheels_that_turn_wrongly_count_what_they_turn_too_much() -> None:
     world = world_of(two_trains())
-    slip = fault(Variant.SLIP, "T1", 10.0, 4.0, 3.0)
+    slip = failure(Variant.SLIP, "T1", 10.0, 4.0, 3.0)
     units = Units(world, (slip,))
     front_m, speed_mps = world.stop_m[:, 0].copy(), np.full(2, 10.0)
     for step in range(300):
@@ -138,7 +142,7 @@ def test_without_a_fault_measuring_changes_nothing() -> None:
 def test_fast_slip_and_slide_is_felt_and_the_next_balise_corrects_it(variant: Variant) -> None:
     scenario = two_trains()
     # The first train leaves after 30 s, and passes 900 m after some 70 s.
-    wrong = fault(variant, "T1", 55.0, 6.0, 6.0)
+    wrong = failure(variant, "T1", 55.0, 6.0, 6.0)
     record, engine, listener = failing(scenario, wrong)
     assert_safe(record)
     ((found_s, row),) = listener.alarms(Notice.WHEELS)
@@ -155,7 +159,7 @@ def test_fast_slip_and_slide_is_felt_and_the_next_balise_corrects_it(variant: Va
 
 
 def test_slow_growth_is_found_by_the_balise_and_covered_by_the_margin() -> None:
-    worn = fault(Variant.WHEEL, "T1", 0.0, 300.0, -0.9 * RATIO)
+    worn = failure(Variant.WHEEL, "T1", 0.0, 300.0, -0.9 * RATIO)
     record, _, listener = failing(two_trains(), worn)
     assert_safe(record)
     assert listener.alarms(Notice.WHEELS) == []
@@ -165,7 +169,7 @@ def test_slow_growth_is_found_by_the_balise_and_covered_by_the_margin() -> None:
 
 def test_the_bound_of_the_position_is_never_passed() -> None:
     for variant, size in ((Variant.SLIDE, 8.0), (Variant.SLIP, 8.0), (Variant.WHEEL, 0.05)):
-        _, _, listener = failing(two_trains(), fault(variant, "T1", 50.0, 10.0, size))
+        _, _, listener = failing(two_trains(), failure(variant, "T1", 50.0, 10.0, size))
         for state, _, memory in listener.said:
             aboard = memory.aboard
             error_m = aboard.shift_m - aboard.widened_m
@@ -191,10 +195,10 @@ def test_equipment_that_cannot_tell_its_state_is_an_obstruction_at_once(
     variant: Variant, id_: str
 ) -> None:
     scenario = loop_station_scenario(3, 90.0)
-    wrong = fault(variant, id_, 100.0, 60.0)
+    wrong = failure(variant, id_, 100.0, 60.0)
     record, engine, _ = failing(scenario, wrong)
     assert_safe(record)
-    (set_by,) = [item for item in record.obstructions if item.cause is Cause.FAULT]
+    (set_by,) = [item for item in record.obstructions if item.cause is Cause.FAILURE]
     assert set_by.established_s == wrong.from_s
     assert set_by.lifted_s == wrong.until_s
     turnout = next(item for item in scenario.line.turnouts if item.id == id_)
@@ -205,7 +209,7 @@ def test_equipment_that_cannot_tell_its_state_is_an_obstruction_at_once(
 
 @pytest.mark.parametrize("ahead_s", [20.0, 3.0, -3.0, -20.0])
 def test_a_clock_that_jumps_stops_the_train(ahead_s: float) -> None:
-    wrong = fault(Variant.JUMP, "T1", 55.0, 30.0, ahead_s)
+    wrong = failure(Variant.JUMP, "T1", 55.0, 30.0, ahead_s)
     record, _, listener = failing(two_trains(), wrong)
     assert_safe(record)
     assert braked(record) == {0}
@@ -218,14 +222,14 @@ def test_a_clock_that_jumps_stops_the_train(ahead_s: float) -> None:
 
 @pytest.mark.parametrize("ahead_s", [0.4, -0.1])
 def test_a_clock_within_tolerance_harms_nobody(ahead_s: float) -> None:
-    record, _, listener = failing(two_trains(), fault(Variant.JUMP, "T1", 0.0, 200.0, ahead_s))
+    record, _, listener = failing(two_trains(), failure(Variant.JUMP, "T1", 0.0, 200.0, ahead_s))
     assert_safe(record)
     assert braked(record) == set()
     assert listener.alarms(Notice.TRAIN_STAMP) == []
 
 
 def test_a_train_that_is_not_heard_keeps_its_band_and_stops_when_its_commands_run_out() -> None:
-    record, _, listener = failing(two_trains(), fault(Variant.UP, "T1", 55.0, 40.0))
+    record, _, listener = failing(two_trains(), failure(Variant.UP, "T1", 55.0, 40.0))
     assert_safe(record)
     found_s, row = listener.alarms(Notice.NO_REPORT)[0]
     assert row == 0
@@ -236,7 +240,7 @@ def test_a_train_that_is_not_heard_keeps_its_band_and_stops_when_its_commands_ru
 
 
 def test_a_train_that_hears_nothing_brakes_when_its_commands_run_out() -> None:
-    record, _, listener = failing(two_trains(), fault(Variant.DOWN, "T1", 55.2, 40.0))
+    record, _, listener = failing(two_trains(), failure(Variant.DOWN, "T1", 55.2, 40.0))
     assert_safe(record)
     (found_s, row), *_ = [item for item in listener.alarms(Notice.NO_COMMANDS) if item[0] > 55.0]
     # The last telegram was sent after 54.5 s.
@@ -247,14 +251,14 @@ def test_a_train_that_hears_nothing_brakes_when_its_commands_run_out() -> None:
 
 @pytest.mark.parametrize(("lasts_s", "stops"), [(2.9, False), (20.0, True)])
 def test_a_silent_centre_is_missed_after_three_telegrams(lasts_s: float, stops: bool) -> None:
-    record, _, _ = failing(two_trains(60.0), fault(Variant.CENTRE_SILENT, CENTRE, 55.6, lasts_s))
+    record, _, _ = failing(two_trains(60.0), failure(Variant.CENTRE_SILENT, CENTRE, 55.6, lasts_s))
     assert_safe(record)
     assert bool(braked(record)) is stops
 
 
 @pytest.mark.parametrize(("ahead_s", "found"), [(0.4, False), (-0.4, False), (3.0, True)])
 def test_the_centre_compares_its_clock_with_satellite_time(ahead_s: float, found: bool) -> None:
-    wrong = fault(Variant.CENTRE_JUMP, CENTRE, 55.0, 20.0, ahead_s)
+    wrong = failure(Variant.CENTRE_JUMP, CENTRE, 55.0, 20.0, ahead_s)
     record, _, listener = failing(two_trains(60.0), wrong)
     assert_safe(record)
     told = [(round(time_s, 3), row) for time_s, row in listener.alarms(Notice.CENTRE_CLOCK)]
@@ -262,18 +266,18 @@ def test_the_centre_compares_its_clock_with_satellite_time(ahead_s: float, found
     assert bool(braked(record)) is found
 
 
-@pytest.mark.parametrize("variant", VARIANTS[FaultKind.MAP])
+@pytest.mark.parametrize("variant", VARIANTS[FailureMode.MAP])
 def test_a_wrong_map_is_refused_before_it_is_sent(variant: Variant) -> None:
     """The leader overstays, so that the follower would run into it."""
     unit = "T2" if variant is Variant.RUN else "T1"
-    wrong = fault(variant, unit, 100.0, 60.0, 250.0)
+    wrong = failure(variant, unit, 100.0, 60.0, 250.0)
     scenario = two_trains(75.0)
     if variant is Variant.IGNORED:
         place_m = 800.0, 820.0
         times_s = READY_S + 90.0, np.inf, READY_S + 200.0
-        closed = Closure("broken rail", Cause.FAULT, ("main",), *place_m, *times_s)
+        closed = Closure("broken rail", Cause.FAILURE, ("main",), *place_m, *times_s)
         scenario = replace(scenario, disruptions=Disruptions((closed,)))
-        wrong = fault(variant, "T2", 85.0, 100.0)
+        wrong = failure(variant, "T2", 85.0, 100.0)
     record, _, listener = failing(scenario, wrong, overstay_s=90.0)
     assert_safe(record)
     found = listener.alarms(Notice.EXCLUSION)
@@ -281,11 +285,11 @@ def test_a_wrong_map_is_refused_before_it_is_sent(variant: Variant) -> None:
     assert all(row == -1 and wrong.from_s - READY_S <= time_s for time_s, row in found)
 
 
-def test_faults_are_drawn_within_their_ranges_and_every_kind_comes() -> None:
+def test_unit_failures_are_drawn_within_their_ranges_and_every_kind_comes() -> None:
     world = world_of(loop_station_scenario(3))
-    drawn = [draw_fault(world, 1, number) for number in range(2000)]
-    assert draw_fault(world, 1, 17) == drawn[17]
-    for kind in FaultKind:
+    drawn = [draw_failure(world, 1, number) for number in range(2000)]
+    assert draw_failure(world, 1, 17) == drawn[17]
+    for kind in FailureMode:
         share = sum(item.kind is kind for item in drawn) / len(drawn)
         # Four standard errors of one in seven.
         assert abs(share - 1.0 / 7.0) < 4.0 * np.sqrt(6.0 / 49.0 / len(drawn))
@@ -299,5 +303,5 @@ def test_faults_are_drawn_within_their_ranges_and_every_kind_comes() -> None:
 
 def test_a_line_without_points_has_no_faults_of_points() -> None:
     world = world_of(two_trains())
-    drawn = {draw_fault(world, 1, number).variant for number in range(500)}
+    drawn = {draw_failure(world, 1, number).variant for number in range(500)}
     assert drawn == set(KIND_OF) - {Variant.STATE, Variant.EQUIPMENT}

@@ -8,7 +8,6 @@ from kankaku.railway.motion.feasibility import assess
 from kankaku.railway.plan.dwell import DwellDelays, Overstay
 from kankaku.railway.plan.line import (
     Block,
-    Curve,
     Gradient,
     Line,
     Platform,
@@ -16,36 +15,37 @@ from kankaku.railway.plan.line import (
     SpeedLimit,
     Station,
     Track,
+    TrackCurve,
 )
+from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
 from kankaku.railway.plan.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance
 from kankaku.railway.plan.scenario import ControllerSpec, Published, Scenario, Sweep
 from kankaku.railway.plan.timetable import Call, Service, Timetable
-from kankaku.railway.radio.data_link import LOSSLESS, RadioSpec
-from kankaku.scenarios.checks.check_line import LineTables, line_faults
-from kankaku.scenarios.checks.check_running import running_faults, running_warnings
+from kankaku.scenarios.checks.check_line import LineTables, line_mistakes
+from kankaku.scenarios.checks.check_running import running_mistakes, running_warnings
 from kankaku.scenarios.checks.check_settings import (
-    controller_faults,
-    delay_faults,
-    radio_faults,
-    rolling_stock_faults,
-    step_faults,
-    sweep_faults,
+    controller_mistakes,
+    delay_mistakes,
+    radio_mistakes,
+    rolling_stock_mistakes,
+    step_mistakes,
+    sweep_mistakes,
     swept_delays_s,
 )
 from kankaku.scenarios.checks.check_timetable import (
     TimetableTables,
     calls_by_train,
     seconds,
-    timetable_faults,
+    timetable_mistakes,
 )
-from kankaku.scenarios.checks.check_wayside import crossing_faults, disruption_faults
+from kankaku.scenarios.checks.check_wayside import crossing_mistakes, disruption_mistakes
+from kankaku.scenarios.checks.ways import ends_on_the_way, route_of
+from kankaku.scenarios.loading.load_wayside import to_crossings, to_disruptions, to_turnouts
 from kankaku.scenarios.reading import schema
 from kankaku.scenarios.reading.files import Reader, Table
-from kankaku.scenarios.reading.load_wayside import to_crossings, to_disruptions, to_turnouts
-from kankaku.scenarios.reading.mistakes import Fault, ScenarioError
-from kankaku.scenarios.reading.neighbours import folder_faults, uncollected, unread
+from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError
+from kankaku.scenarios.reading.neighbours import folder_mistakes, uncollected, unread
 from kankaku.scenarios.reading.units import metres
-from kankaku.scenarios.reading.ways import ends_on_the_way, route_of
 
 MAIN_FILE = "scenario.toml"
 STOCK_FILE = "rolling_stock.toml"
@@ -70,7 +70,7 @@ def load(folder: Path) -> Scenario:
     Raises
     ------
     ScenarioError
-        With every fault of every file.
+        With every mistake of every file.
     """
     reader = Reader()
     main, folders = _read_main(reader, folder)
@@ -78,18 +78,18 @@ def load(folder: Path) -> Scenario:
     stock = read_stock(reader, folders["rolling_stock"])
     timetable = _read_timetable(reader, folders["timetable"])
     quantiles = _read_quantiles(reader, folder, main)
-    reader.faults += line_faults(line) + crossing_faults(line)
-    reader.faults += timetable_faults(timetable, line, stock)
-    reader.faults += disruption_faults(main, line, timetable, MAIN_FILE)
-    reader.faults += delay_faults(main, quantiles, timetable)
-    reader.faults += folder_faults(folder)
-    if reader.faults or main is None or stock is None:
-        raise ScenarioError(tuple(dict.fromkeys(reader.faults)))
+    reader.mistakes += line_mistakes(line) + crossing_mistakes(line)
+    reader.mistakes += timetable_mistakes(timetable, line, stock)
+    reader.mistakes += disruption_mistakes(main, line, timetable, MAIN_FILE)
+    reader.mistakes += delay_mistakes(main, quantiles, timetable)
+    reader.mistakes += folder_mistakes(folder)
+    if reader.mistakes or main is None or stock is None:
+        raise ScenarioError(tuple(dict.fromkeys(reader.mistakes)))
     of_line = to_line(line, folders["line"].resolve().name)
     train_types, services = to_train_types(stock), _to_timetable(timetable, line)
     running = assess(of_line, train_types, services)
     if running.shortfalls:
-        raise ScenarioError(tuple(running_faults(running, STOCK_FILE)))
+        raise ScenarioError(tuple(running_mistakes(running, STOCK_FILE)))
     return Scenario(
         name=folder.resolve().name,
         title=main.title,
@@ -114,16 +114,16 @@ def load(folder: Path) -> Scenario:
 
 
 def _read_main(reader: Reader, folder: Path) -> tuple[schema.ScenarioFile | None, dict[str, Path]]:
-    """Return the main file and the folders it names, these even if it has other faults."""
+    """Return the main file and the folders it names, these even if it has other mistakes."""
     read = reader.toml(folder / MAIN_FILE, "scenario")
     data = read or {}
     main = None
     if read is not None:
-        main, faults = schema.check(schema.ScenarioFile, data, MAIN_FILE)
-        reader.faults += faults
+        main, mistakes = schema.check(schema.ScenarioFile, data, MAIN_FILE)
+        reader.mistakes += mistakes
     if main:
-        for faults_of in (step_faults, controller_faults, radio_faults, sweep_faults):
-            reader.faults += faults_of(main, MAIN_FILE)
+        for mistakes_of in (step_mistakes, controller_mistakes, radio_mistakes, sweep_mistakes):
+            reader.mistakes += mistakes_of(main, MAIN_FILE)
     return main, {
         key: _folder(reader, folder, data.get(key, "."), key)
         for key in ("line", "rolling_stock", "timetable")
@@ -135,7 +135,7 @@ def _folder(reader: Reader, folder: Path, named: object, key: str) -> Path:
         return folder
     if Path(named).is_absolute() or (named != "." and not (folder / named).is_dir()):
         problem, allowed = f"no folder {named!r}", f"a folder relative to that of {MAIN_FILE}"
-        reader.faults.append(Fault(MAIN_FILE, key, problem, allowed))
+        reader.mistakes.append(Mistake(MAIN_FILE, key, problem, allowed))
         return folder
     return folder / named
 
@@ -147,7 +147,7 @@ def read_line(reader: Reader, folder: Path) -> LineTables:
     Parameters
     ----------
     reader
-        Collects faults.
+        Collects mistakes.
     folder
         Their folder.
 
@@ -179,22 +179,22 @@ def read_stock(reader: Reader, folder: Path) -> schema.RollingStockFile | None:
     Parameters
     ----------
     reader
-        Collects faults.
+        Collects mistakes.
     folder
         Their folder.
 
     Returns
     -------
     RollingStockFile | None
-        The train types; nothing if they have faults.
+        The train types; nothing if they have mistakes.
     """
     data = reader.toml(folder / STOCK_FILE, "rolling_stock")
     if data is None:
         return None
-    stock, faults = schema.check(schema.RollingStockFile, data, STOCK_FILE)
-    reader.faults += faults
+    stock, mistakes = schema.check(schema.RollingStockFile, data, STOCK_FILE)
+    reader.mistakes += mistakes
     if stock:
-        reader.faults += rolling_stock_faults(stock, STOCK_FILE)
+        reader.mistakes += rolling_stock_mistakes(stock, STOCK_FILE)
     return stock
 
 
@@ -224,7 +224,7 @@ def to_line(tables: LineTables, name: str) -> Line:
     Parameters
     ----------
     tables
-        Files without faults.
+        Files without mistakes.
     name
         Name of the line.
 
@@ -262,7 +262,7 @@ def to_line(tables: LineTables, name: str) -> Line:
             for row in sorted(tables.gradients, key=lambda row: row.start_km)
         ),
         curves=tuple(
-            Curve(metres(row.start_km), metres(row.end_km), row.radius_m)
+            TrackCurve(metres(row.start_km), metres(row.end_km), row.radius_m)
             for row in sorted(tables.curves, key=lambda row: row.start_km)
         ),
         balises_m=tuple(metres(row.chainage_km) for row in tables.balises),
@@ -294,7 +294,7 @@ def to_train_types(stock: schema.RollingStockFile) -> Mapping[str, TrainType]:
     Parameters
     ----------
     stock
-        File without faults.
+        File without mistakes.
 
     Returns
     -------

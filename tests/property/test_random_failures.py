@@ -1,4 +1,4 @@
-"""Random faults on random days: nothing unsafe ever happens, and everybody arrives."""
+"""Random failures on random days: nothing unsafe ever happens, and everybody arrives."""
 
 from dataclasses import replace
 
@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from kankaku.controllers.control_map.map_protection import ControlMapOptions
 from kankaku.controllers.control_map.wrong_maps import WrongMaps
 from kankaku.controllers.registry import build
-from kankaku.railway.failures.random_failures import draw_fault
-from kankaku.railway.failures.unit_failures import Fault, FaultKind, Variant
+from kankaku.railway.failures.random_failures import draw_failure
+from kankaku.railway.failures.unit_failures import FailureMode, UnitFailure, Variant
+from kankaku.railway.plan.radio_spec import LOSSLESS
 from kankaku.railway.plan.scenario import Scenario
-from kankaku.railway.radio.data_link import LOSSLESS
 from tests.property.runs import READY_S, loop_station_scenario, run
 from tests.property.test_control_maps import days
-from tests.unit.test_faults import SPEC, Listener, failing, two_trains
+from tests.unit.test_unit_failures import SPEC, Listener, failing, two_trains
 from tests.worlds import world_of
 
 DAYS = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -41,14 +41,16 @@ def test_no_fault_ever_endangers_anybody(
     scenario: Scenario, number: int, drawn_s: list[float], loss_ratio: float
 ) -> None:
     world = world_of(scenario)
-    fault = draw_fault(world, 1, number)
+    failure = draw_failure(world, 1, number)
     radio = replace(LOSSLESS, loss_ratio=loss_ratio)
     controller = build(SPEC, world, radio)
-    if fault.kind is FaultKind.MAP:
-        wrong = WrongMaps(world, ControlMapOptions(early_s=1000.0), radio, fault)
+    if failure.kind is FailureMode.MAP:
+        wrong = WrongMaps(world, ControlMapOptions(early_s=1000.0), radio, failure)
         controller = replace(controller, protection=wrong)
     delay_s = np.resize(np.array(drawn_s), (world.size, world.stop_m.shape[1] - 1))
-    record, _ = run(scenario, controller=controller, delay_s=delay_s, radio=radio, faults=(fault,))
+    record, _ = run(
+        scenario, controller=controller, delay_s=delay_s, radio=radio, unit_failures=(failure,)
+    )
     assert record.violations == ()
     assert record.completed.all()
 
@@ -66,8 +68,8 @@ def test_no_clock_ever_lets_a_limit_exceed_what_was_free(
 ) -> None:
     """Up to the tail of the leader as it last reported, the margin taken off, and not further."""
     assume(abs(ahead_s) > 1e-3)
-    fault = Fault(variant, "T2", READY_S + onset_s, READY_S + onset_s + lasts_s, ahead_s)
-    record, _, listener = failing(two_trains(70.0), fault, overstay_s=overstay_s)
+    failure = UnitFailure(variant, "T2", READY_S + onset_s, READY_S + onset_s + lasts_s, ahead_s)
+    record, _, listener = failing(two_trains(70.0), failure, overstay_s=overstay_s)
     assert record.violations == ()
     assert_limits_were_free(listener)
 
@@ -80,16 +82,16 @@ def assert_limits_were_free(listener: Listener) -> None:
             continue
         # Reports never go back, so what was free once stays free.
         furthest_m = max(furthest_m, float(memory.reports.front_m[0]))
-        limit_m = max(float(authority.limit_m[1]), float(state.front_m[1]))
-        assert limit_m <= max(furthest_m - 200.0 - 25.0, float(state.front_m[1])) + 1e-6
+        eoa_m = max(float(authority.eoa_m[1]), float(state.front_m[1]))
+        assert eoa_m <= max(furthest_m - 200.0 - 25.0, float(state.front_m[1])) + 1e-6
         compared += 1
     assert compared > 100
 
 
 def test_two_faults_at_once_are_no_danger_where_they_do_not_meet() -> None:
     scenario = loop_station_scenario(3, 80.0)
-    slow = Fault(Variant.JUMP, "T1", READY_S + 90.0, READY_S + 120.0, -5.0)
-    deaf = Fault(Variant.DOWN, "T3", READY_S + 250.0, READY_S + 280.0)
+    slow = UnitFailure(Variant.JUMP, "T1", READY_S + 90.0, READY_S + 120.0, -5.0)
+    deaf = UnitFailure(Variant.DOWN, "T3", READY_S + 250.0, READY_S + 280.0)
     record, _, _ = failing(scenario, slow, deaf)
     assert record.violations == ()
     assert record.completed.all()

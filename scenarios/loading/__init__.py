@@ -1,0 +1,1 @@
+"""Checked files to a scenario: the one place where field units become SI."""
