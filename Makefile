@@ -39,7 +39,7 @@ takaoka: $(READY)
 test: $(READY)
 	$(BIN)/python -m pytest -n auto
 
-check: lint types contracts test rush-hour
+check: lint types contracts test docs rush-hour
 
 format: $(READY)
 	$(BIN)/ruff check --fix .
@@ -97,7 +97,7 @@ results: $(READY)
 
 # The documentation as HTML, tutorials run; writes out/docs/. A warning is an error.
 docs: $(READY)
-	$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --quiet docs out/docs
+	$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --quiet --jobs auto docs out/docs
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv

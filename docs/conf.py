@@ -1,9 +1,15 @@
 """How Sphinx builds the documentation: ``make docs``."""
 
+import builtins
 import re
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from sphinx.addnodes import pending_xref
+from sphinx.application import Sphinx
 
 DOCS = Path(__file__).parent
 PROJECT = DOCS.parent
@@ -58,23 +64,42 @@ html_theme_options = {
     "footer_end": ["sphinx-version"],
 }
 
+BUILT_IN = {
+    *dir(builtins),
+    "Any",
+    "Callable",
+    "Iterable",
+    "Mapping",
+    "NamedTuple",
+    "Path",
+    "Sequence",
+}
 REFERENCE = re.compile(r"^(\s*)\.\. \[\d+\] ")
 SOURCES = re.compile(r"\]\((?:\.\./)*scenarios/(\w+)/SOURCES\.md\)")
 
 
-def number_references(_app, _what, _name, _object, _options, lines):  # noqa: ANN001, ANN201, PLR0913, PLR0917
+def number_references(*arguments: Any) -> None:  # noqa: ANN401 - as Sphinx calls it
     """Let every docstring count its references from 1, as a list."""
+    lines: list[str] = arguments[-1]
     for number, line in enumerate(lines):
         lines[number] = REFERENCE.sub(r"\1#. ", line).replace("]_", "]")
 
 
-def point_to_pages(_app, name, source):  # noqa: ANN001, ANN201
+def point_to_pages(_app: Sphinx, name: str, source: list[str]) -> None:
     """Lead to the page that holds a scenario's sources, not to the file."""
     up = "../" * name.count("/")
     source[0] = SOURCES.sub(rf"]({up}scenarios/\1.md)", source[0])
 
 
-def setup(app):  # noqa: ANN001, ANN201
-    """Connect both; the first one after napoleon."""
+def look_up_own_names_only(_app: Sphinx, document: nodes.document) -> None:
+    """Leave built-in types as plain text: to look for them everywhere takes long."""
+    for link in list(document.findall(pending_xref)):
+        if link.get("reftarget") in BUILT_IN:
+            link.replace_self(nodes.Text(link["reftarget"]))
+
+
+def setup(app: Sphinx) -> None:
+    """Connect them; the first one after napoleon."""
+    app.connect("doctree-read", look_up_own_names_only)
     app.connect("autodoc-process-docstring", number_references, priority=900)
     app.connect("source-read", point_to_pages)
