@@ -17,7 +17,7 @@ from kankaku.railway.places import CACHE, cache_folder, chosen_cache
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
-from kankaku.sumo_net import native_xml, plain_xml
+from kankaku.sumo_net import native_xml, plain_xml, routes_xml
 
 NETCONVERT_OPTIONS = (
     "--no-internal-links",
@@ -235,7 +235,7 @@ def build(
     blocks = scenario.line.blocks if signals else ()
     line = replace(scenario.line, limits=(), blocks=blocks)
     options = COMMANDED_OPTIONS | ({} if blocks else IGNORE_SIGNALS)
-    routes = plain_xml.routes_xml(
+    routes = routes_xml.routes_xml(
         line, scenario.train_types.values(), scenario.timetable, dwell_delay_s, world.step_s
     )
     files = {"platforms.add.xml": plain_xml.platforms_xml(line), "trains.rou.xml": routes}
@@ -283,7 +283,7 @@ def build_native(
     files = {
         "order.add.xml": native_xml.order_xml(line, timetable),
         "platforms.add.xml": plain_xml.platforms_xml(line),
-        "trains.rou.xml": plain_xml.routes_xml(
+        "trains.rou.xml": routes_xml.routes_xml(
             line, kinds, timetable, dwell_delay_s, world.step_s, native_xml.NATIVE
         ),
     }

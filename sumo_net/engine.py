@@ -13,7 +13,7 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.sumo_net import names
 from kankaku.sumo_net.build import IGNORE_SIGNALS, SumoFiles, sumo_binary
-from kankaku.sumo_net.plain_xml import STOP_TOLERANCE_M
+from kankaku.sumo_net.edge_cuts import STOP_TOLERANCE_M
 from kankaku.sumo_net.signals import BlockSignals, shown_network
 
 HALTING_SPEED_MPS = 0.1

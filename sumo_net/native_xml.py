@@ -12,7 +12,8 @@ from kankaku.railway.plan.line import Block, Line, SpeedLimit
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.timetable import Timetable
 from kankaku.sumo_net import names
-from kankaku.sumo_net.plain_xml import SIGNAL_BEYOND_STOP_M, Driver, Edge, cut_tracks
+from kankaku.sumo_net.edge_cuts import SIGNAL_BEYOND_STOP_M, Edge, cut_tracks
+from kankaku.sumo_net.routes_xml import Driver
 
 STANDING_GAP_M = 5.0
 """What a train keeps from the one ahead that stands: SUMO's own value for rail. [m]"""

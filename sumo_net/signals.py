@@ -20,7 +20,7 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.railway.wayside.detection import Detection
 from kankaku.sumo_net import names
-from kankaku.sumo_net.plain_xml import cut_tracks
+from kankaku.sumo_net.edge_cuts import cut_tracks
 
 FREE, OCCUPIED = "G", "r"
 PHASE_S = "86400"

@@ -9,7 +9,7 @@ import simpy
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.radio.cells import Cells, Link, RadioSystem
 from kankaku.railway.radio.traffic import LinkName, Traffic
-from kankaku.telecom.commands import Presence, RadioCommand
+from kankaku.telecom.cell_commands import Presence, RadioCommand
 from kankaku.telecom.links import Network
 from kankaku.telecom.radio_unit import Process, RadioUnit
 

@@ -8,7 +8,7 @@ import numpy as np
 import simpy
 
 from kankaku.railway.randomness import stream
-from kankaku.telecom.commands import RadioCommand
+from kankaku.telecom.cell_commands import RadioCommand
 from kankaku.telecom.links import Channel, Network
 
 Process: TypeAlias = Generator[simpy.Event, Any, None]

@@ -61,7 +61,7 @@ class Answer(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Plan:
+class FuzzPlan:
     """What to make and what to run."""
 
     seed: int
@@ -107,7 +107,7 @@ class Plan:
         return bool(stream(self.seed, "fuzz", "run", number).random() < self.runs)
 
 
-def examine(plan: Plan, number: int, place: Path) -> Iterator[Answer]:
+def examine(plan: FuzzPlan, number: int, place: Path) -> Iterator[Answer]:
     """
     Load a harmed folder and perhaps run it.
 
@@ -189,7 +189,7 @@ def _run(scenario: Scenario, out: Path) -> Answer:
     return Answer("run")
 
 
-def _serve(door: Connection, plan: Plan, place: Path) -> None:
+def _serve(door: Connection, plan: FuzzPlan, place: Path) -> None:
     """Answer numbers of folders until there are none; runs in a process of its own."""
     study.world_of(load(PROJECT / "scenarios" / "sakai_case1"), 0.5)
     before_mb = _peak_mb()
@@ -209,10 +209,10 @@ def _peak_mb() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
-class Examiner:
+class FuzzExaminer:
     """A process that examines folders, started anew when it hangs or dies."""
 
-    def __init__(self, plan: Plan, place: Path) -> None:
+    def __init__(self, plan: FuzzPlan, place: Path) -> None:
         self._plan, self._place = plan, place
         self._start()
 
@@ -277,7 +277,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="number of the first folder")
     parser.add_argument("--only", type=int, help="repeat this one, and keep it")
     chosen = parser.parse_args()
-    plan = Plan(chosen.seed, chosen.runs)
+    plan = FuzzPlan(chosen.seed, chosen.runs)
     if chosen.only is not None:
         place = Path(tempfile.mkdtemp(prefix="kankaku-fuzz-"))
         for answer in examine(replace(plan, runs=1.0), chosen.only, place):
@@ -289,12 +289,12 @@ def main() -> None:
         sys.exit(1)
 
 
-def _tell(plan: Plan, numbers: range, most_s: float) -> int:
+def _tell(plan: FuzzPlan, numbers: range, most_s: float) -> int:
     """Print findings as they come and figures at the end; return how many findings there are."""
     kinds: Counter[str] = Counter()
     folders, until = 0, time.monotonic() + most_s
     with tempfile.TemporaryDirectory(prefix="kankaku-fuzz-") as place:
-        examiner = Examiner(plan, Path(place) / "folder")
+        examiner = FuzzExaminer(plan, Path(place) / "folder")
         try:
             for number in numbers:
                 if time.monotonic() > until:

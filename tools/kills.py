@@ -67,7 +67,7 @@ class Figures:
 
 
 @dataclass(frozen=True)
-class Place:
+class KillPlace:
     """Where the studies of a test go."""
 
     root: Path
@@ -179,7 +179,7 @@ def wait_for_end(process: subprocess.Popen[str], figures: Figures) -> bool:
 
 
 def check_after(
-    place: Place,
+    place: KillPlace,
     group: int,
     before: dict[str, str],
     what: str,
@@ -205,7 +205,7 @@ def check_after(
     figures.complain(f"{what}: {', '.join(map(str, left))} stays") if left else None
 
 
-def kill_parent(place: Place, rng: random.Random, span_s: float, figures: Figures) -> bool:
+def kill_parent(place: KillPlace, rng: random.Random, span_s: float, figures: Figures) -> bool:
     """Kill a command, and return whether it had ended before."""
     number = SIGNALS[figures.parents % len(SIGNALS)]
     early = figures.parents % 8 < len(SIGNALS)
@@ -233,7 +233,7 @@ def kill_parent(place: Place, rng: random.Random, span_s: float, figures: Figure
     return over
 
 
-def kill_worker(place: Place, rng: random.Random, span_s: float, figures: Figures) -> bool:
+def kill_worker(place: KillPlace, rng: random.Random, span_s: float, figures: Figures) -> bool:
     """Kill a worker of a command, and return whether the study is whole."""
     number = SIGNALS[figures.workers % len(SIGNALS)]
     with place.command() as process:
@@ -254,7 +254,7 @@ def kill_worker(place: Place, rng: random.Random, span_s: float, figures: Figure
     return process.returncode == 0
 
 
-def undisturbed(place: Place) -> tuple[dict[str, bytes], float]:
+def undisturbed(place: KillPlace) -> tuple[dict[str, bytes], float]:
     """Return the tables of a study that nobody disturbs, and how long it took. [s]"""
     place.clear()
     started_s = time.monotonic()
@@ -266,7 +266,7 @@ def undisturbed(place: Place) -> tuple[dict[str, bytes], float]:
     return place.tables(), time.monotonic() - started_s
 
 
-def compare(place: Place, wanted: dict[str, bytes], figures: Figures) -> None:
+def compare(place: KillPlace, wanted: dict[str, bytes], figures: Figures) -> None:
     """Count a study whose tables are not those of one that nobody disturbed, and begin anew."""
     figures.studies += 1
     left = place.left_over()
@@ -291,7 +291,7 @@ def main(
     rng, figures = random.Random(seed), Figures()  # noqa: S311 - no secrets
     until_s = time.monotonic() + 60.0 * minutes
     with tempfile.TemporaryDirectory(prefix="kills-") as root:
-        place = Place(Path(root), seeds)
+        place = KillPlace(Path(root), seeds)
         wanted, span_s = undisturbed(place)
         place.clear()
         while figures.parents < parents and time.monotonic() < until_s:

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from kankaku.analysis.figures.drawing import write_figure
 from kankaku.analysis.figures.loss_diagram import loss_figure
+from kankaku.analysis.figures.style import write_figure
 from kankaku.analysis.tables.run_tables import run_tables
 from kankaku.analysis.tables.summary import summary_frame
 from kankaku.railway.step.state import Reason
@@ -31,7 +31,7 @@ SEEDS = 3
 JOBS = 2
 
 
-class Task(NamedTuple):
+class LossTask(NamedTuple):
     """One run."""
 
     controller: str
@@ -58,7 +58,7 @@ def emergency_brakings(trajectory: pd.DataFrame) -> int:
     return int((braking & ~before & (trajectory["speed_mps"] > 0.0)).sum())
 
 
-def perform(task: Task, _progress: Callable[[float], None]) -> dict[str, object]:
+def perform(task: LossTask, _progress: Callable[[float], None]) -> dict[str, object]:
     """
     Run the rush hour once.
 
@@ -92,7 +92,7 @@ def main() -> None:
     """Run, print the means, and write ``out/losses/``: ``losses.csv`` and the figure."""
     first = load(SCENARIO).seed
     tasks = [
-        Task(name, loss_percent, seed)
+        LossTask(name, loss_percent, seed)
         for name in CONTROLLERS
         for loss_percent in LOSSES_PERCENT
         for seed in range(first, first + SEEDS)
@@ -100,7 +100,7 @@ def main() -> None:
     out = PROJECT / "out" / "losses"
     out.mkdir(parents=True, exist_ok=True)
     rows = [done.value() for done in performed(perform, tasks, JOBS)]
-    losses = pd.DataFrame(rows).sort_values(list(Task._fields), ignore_index=True)
+    losses = pd.DataFrame(rows).sort_values(list(LossTask._fields), ignore_index=True)
     losses.round(3).to_csv(out / "losses.csv", index=False)
     write_figure(loss_figure(losses), out / "losses")
     means = losses.drop(columns="seed").groupby(["controller", "loss_percent"]).mean()

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from kankaku.analysis.figures.drawing import write_figure
+from kankaku.analysis.figures.style import write_figure
 from kankaku.analysis.figures.time_distance import time_distance_figure
 from kankaku.analysis.results import read_results
 from kankaku.analysis.tables.compare import change_pct, comparison

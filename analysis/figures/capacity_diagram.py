@@ -7,15 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from kankaku.analysis.figures.drawing import (
-    BOOKED,
-    INK,
-    PALETTE,
-    colour,
-    plain_frame,
-    spread,
-    style,
-)
+from kankaku.analysis.figures.style import BOOKED, INK, PALETTE, colour, plain_frame, spread, style
 from kankaku.analysis.tables.capacity_tables import LEVELS, CapacityAssessment
 from kankaku.analysis.words import KMH_PER_MPS, label_of
 

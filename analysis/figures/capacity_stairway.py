@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
-from kankaku.analysis.figures.drawing import INK, colour, station_axis, style
+from kankaku.analysis.figures.style import INK, colour, station_axis, style
 from kankaku.analysis.tables.capacity_tables import CapacityAssessment, distinct
 from kankaku.analysis.words import label_of
 

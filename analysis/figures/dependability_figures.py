@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
-from kankaku.analysis.figures.drawing import INK, colour, plain_frame, style
+from kankaku.analysis.figures.style import INK, colour, plain_frame, style
 from kankaku.analysis.tables.dependability import HOUR_S, Endurance
 from kankaku.analysis.words import label_of
 from kankaku.railway.failures.availability import YEAR_S

@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kankaku.analysis.figures.drawing import BOOKED, INK, colour, dashes, plain_frame, spread, style
+from kankaku.analysis.figures.style import BOOKED, INK, colour, dashes, plain_frame, spread, style
 from kankaku.analysis.tables.sweep import SweepTables, shortenings_s
 from kankaku.analysis.words import label_of
 

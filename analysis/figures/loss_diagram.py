@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from kankaku.analysis.figures.drawing import colour, plain_frame, style
+from kankaku.analysis.figures.style import colour, plain_frame, style
 from kankaku.analysis.words import label_of
 
 

@@ -16,9 +16,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from kankaku.analysis.figures.drawing import GRID, INK, clock_axis, station_axis, style
-from kankaku.analysis.figures.map_window import CAUSES, Window
+from kankaku.analysis.figures.style import GRID, INK, clock_axis, station_axis, style
 from kankaku.analysis.tables.columns import by_train, rows_of
+from kankaku.analysis.tables.map_window import CAUSES, Window
 from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.analysis.words import label_of
 from kankaku.railway.arrays import BoolArray, FloatArray

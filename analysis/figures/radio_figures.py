@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from kankaku.analysis.figures.drawing import INK, STOP, clock_axis, colour, plain_frame, style
+from kankaku.analysis.figures.style import INK, STOP, clock_axis, colour, plain_frame, style
 from kankaku.analysis.saved_run import SavedRun
 from kankaku.analysis.tables.radio_tables import MINUTE_S, LoadCase, carried, cell_minutes, grouped
 from kankaku.analysis.tables.radio_tables import CellPoint as Point

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from kankaku.analysis.figures.drawing import colour, plain_frame, style
+from kankaku.analysis.figures.style import colour, plain_frame, style
 from kankaku.analysis.tables.columns import rows_of
 from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.analysis.tables.sweep import following_arrival

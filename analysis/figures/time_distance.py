@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from kankaku.analysis.figures.drawing import (
+from kankaku.analysis.figures.style import (
     BOOKED,
     STOP,
     clock_axis,

@@ -1,14 +1,13 @@
 """A close look at the worst moment of the baseline, all controllers overlaid."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from kankaku.analysis.figures.drawing import (
+from kankaku.analysis.figures.style import (
     GRID,
     INK,
     clock_axis,
@@ -20,54 +19,13 @@ from kankaku.analysis.figures.drawing import (
 )
 from kankaku.analysis.tables.columns import by_train, rows_of
 from kankaku.analysis.tables.run_tables import RunTables
+from kankaku.analysis.tables.worst import Worst, worst_moment
 from kankaku.analysis.words import KMH_PER_MPS, clock, label_of
 
 BEFORE_S = 180.0
 AFTER_S = 240.0
 STATIONS_BEHIND = 2
 STATIONS_AHEAD = 1
-
-
-class Worst(NamedTuple):
-    """The worst moment of a run."""
-
-    train: str
-    station: str
-    """The station that the train was running to."""
-    start_s: float
-    end_s: float
-    what: str
-    """What happened, in words."""
-
-
-def worst_moment(run: RunTables) -> Worst | None:
-    """
-    Return the longest stop between stations, else the largest growth of secondary delay.
-
-    Parameters
-    ----------
-    run
-        A run, usually of the baseline.
-
-    Returns
-    -------
-    Worst | None
-        Train, place and time; None if no train arrived anywhere.
-    """
-    stops = run.interstation_stops
-    if len(stops):
-        stop = rows_of(stops)[int(stops["duration_s"].to_numpy().argmax())]
-        start_s, duration_s = float(stop["start_s"]), float(stop["duration_s"])
-        what = f"stands {duration_s:.0f} s between stations"
-        return Worst(stop["train"], stop["next_station"], start_s, start_s + duration_s, what)
-    calls = run.calls[run.calls["arrival_s"].notna()]
-    growth_s = calls.groupby("train", sort=False)["secondary_delay_s"].diff()
-    if not growth_s.notna().any():
-        return None
-    call = rows_of(calls)[int(np.nanargmax(growth_s))]
-    arrival_s, grown_s = float(call["arrival_s"]), float(growth_s.max())
-    what = f"loses {grown_s:.0f} s to trains ahead" if grown_s >= 0.5 else "is never hindered"
-    return Worst(call["train"], call["station"], arrival_s - 60.0, arrival_s, what)
 
 
 def zoom_figure(runs: Sequence[RunTables], stations: pd.DataFrame) -> Figure:

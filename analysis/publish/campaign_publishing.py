@@ -6,14 +6,15 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from kankaku.analysis.results import COLUMNS, columns_frame
+from kankaku.analysis.publish.results_folder import Kind, publish_folder
 from kankaku.analysis.tables.campaign_tables import (
     FAULT_RUNS,
-    FAULT_TABLE,
     FAULT_TABLES,
     fault_table,
 )
-from kankaku.analysis.tables.columns import csv_text, json_text, rows_frame, write_whole
+from kankaku.analysis.tables.columns import rows_frame
+
+CAMPAIGN_RESULTS = Kind("fault_table", FAULT_TABLES)
 
 
 class FaultTables(NamedTuple):
@@ -46,8 +47,6 @@ def publish_faults(
     """
     runs = rows_frame(rows, FAULT_RUNS)
     table = fault_table(runs)
-    write_whole(folder / "provenance.json", json_text(provenance))
-    write_whole(folder / "columns.csv", csv_text(columns_frame(FAULT_TABLES), COLUMNS))
-    write_whole(folder / "fault_runs.csv", csv_text(runs, FAULT_RUNS))
-    write_whole(folder / "fault_table.csv", csv_text(table, FAULT_TABLE))
+    frames = {"fault_runs": runs, "fault_table": table}
+    publish_folder(folder, CAMPAIGN_RESULTS, frames, {}, provenance)
     return FaultTables(folder, runs, table)

@@ -6,25 +6,22 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from kankaku.analysis.figures.capacity_diagram import capacity_figure
-from kankaku.analysis.figures.capacity_stairway import stairway_figure
-from kankaku.analysis.figures.drawing import write_figure
-from kankaku.analysis.results import COLUMNS, STATIONS, columns_frame, stations_frame
+from kankaku.analysis.publish.results_folder import Draw, Kind, publish_folder
+from kankaku.analysis.results import STATIONS, stations_frame
 from kankaku.analysis.tables.capacity_tables import (
-    BLOCKING_TIMES,
-    CAPACITY,
     CAPACITY_TABLES,
-    HEADWAYS,
     CapacityAssessment,
     blocking_times_frame,
     capacity_frame,
     headways_frame,
 )
-from kankaku.analysis.tables.columns import csv_text, json_text, write_whole
 from kankaku.railway.plan.scenario import Scenario
 
-CAPACITY_FILES = ("capacity.csv", "columns.csv")
-"""Every results folder of this kind has them."""
+CAPACITY_RESULTS = Kind(
+    "capacity",
+    {**CAPACITY_TABLES, "stations": STATIONS},
+    figures=("capacity", "stairway"),
+)
 
 
 class CapacityTables(NamedTuple):
@@ -62,21 +59,27 @@ def publish_capacity(
     """
     headways = headways_frame(assessments, scenario.timetable)
     capacity = capacity_frame(assessments)
-    blocking_times = blocking_times_frame(assessments)
     stations = stations_frame(scenario.line)
-    name = scenario.title
-    folder.mkdir(parents=True, exist_ok=True)
-    write_figure(capacity_figure(assessments, title=f"Capacity: {name}"), folder / "capacity")
-    stairway = stairway_figure(
-        assessments, stations, title=f"Trains as close as they can follow: {name}"
-    )
-    write_figure(stairway, folder / "stairway")
-    explained = {**CAPACITY_TABLES, "stations": STATIONS}
-    write_whole(folder / "provenance.json", json_text(provenance))
-    write_whole(folder / "stations.csv", csv_text(stations, STATIONS))
-    write_whole(folder / "headways.csv", csv_text(headways, HEADWAYS))
-    write_whole(folder / "blocking_times.csv", csv_text(blocking_times, BLOCKING_TIMES))
-    write_whole(folder / "columns.csv", csv_text(columns_frame(explained), COLUMNS))
-    # Last, because a folder counts as results once it has it.
-    write_whole(folder / "capacity.csv", csv_text(capacity, CAPACITY))
+    frames = {
+        "headways": headways,
+        "capacity": capacity,
+        "blocking_times": blocking_times_frame(assessments),
+        "stations": stations,
+    }
+    figures = _figures(assessments, stations, scenario.title)
+    publish_folder(folder, CAPACITY_RESULTS, frames, figures, provenance)
     return CapacityTables(folder, headways, capacity)
+
+
+def _figures(
+    assessments: Sequence[CapacityAssessment], stations: pd.DataFrame, name: str
+) -> dict[str, Draw]:
+    # Here, because matplotlib takes half a second that not every command needs.
+    from kankaku.analysis.figures.capacity_diagram import capacity_figure  # noqa: PLC0415
+    from kankaku.analysis.figures.capacity_stairway import stairway_figure  # noqa: PLC0415
+
+    close = f"Trains as close as they can follow: {name}"
+    return {
+        "capacity": lambda: capacity_figure(assessments, title=f"Capacity: {name}"),
+        "stairway": lambda: stairway_figure(assessments, stations, title=close),
+    }

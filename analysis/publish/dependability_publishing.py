@@ -1,21 +1,15 @@
 """The results folder of availability and fault tree: tables, figures, columns and provenance."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
 
-from kankaku.analysis.figures.dependability_figures import availability_figure, fault_tree_figure
-from kankaku.analysis.figures.drawing import write_figure
-from kankaku.analysis.results import COLUMNS, columns_frame
-from kankaku.analysis.tables.columns import csv_text, json_text, write_whole
+from kankaku.analysis.publish.results_folder import Draw, Kind, publish_folder
 from kankaku.analysis.tables.dependability import (
-    AVAILABILITY,
-    CUT_SETS,
     DEPENDABILITY_TABLES,
-    OUTAGES,
-    TOP_EVENTS,
     Endurance,
     availability_frame,
     cut_sets_frame,
@@ -24,10 +18,9 @@ from kankaku.analysis.tables.dependability import (
 )
 from kankaku.railway.failures.fault_tree import FaultTree
 
-OF_THE_TREE = ("top_events.csv", "cut_sets.csv", "fault_tree.png", "fault_tree.svg")
-
-DEPENDABILITY_FILES = ("availability.csv", "columns.csv")
-"""Every results folder of this kind has them."""
+DEPENDABILITY_RESULTS = Kind(
+    "availability", DEPENDABILITY_TABLES, figures=("availability", "fault_tree")
+)
 
 
 class DependabilityTables(NamedTuple):
@@ -70,33 +63,23 @@ def publish_dependability(
         The tables that a reader looks at first.
     """
     table, outages = availability_frame(systems), outages_frame(systems)
-    # Before anything is written: a tree may be too large.
-    files = (
-        {}
-        if tree is None
-        else {
-            "top_events.csv": csv_text(top_events_frame(tree), TOP_EVENTS),
-            "cut_sets.csv": csv_text(cut_sets_frame(tree), CUT_SETS),
-        }
-    )
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in OF_THE_TREE:
-        (folder / name).unlink(missing_ok=True)
+    frames = {"availability": table, "outages": outages}
     if tree is not None:
-        write_figure(fault_tree_figure(tree), folder / "fault_tree")
-    write_figure(availability_figure(systems, source=source), folder / "availability")
-    explained = {
-        name: columns
-        for name, columns in DEPENDABILITY_TABLES.items()
-        if tree is not None or f"{name}.csv" not in OF_THE_TREE
-    }
-    files |= {
-        "provenance.json": json_text(provenance),
-        "outages.csv": csv_text(outages, OUTAGES),
-        "columns.csv": csv_text(columns_frame(explained), COLUMNS),
-        # Last, because a folder counts as results once it has it.
-        "availability.csv": csv_text(table, AVAILABILITY),
-    }
-    for name, text in files.items():
-        write_whole(folder / name, text)
+        frames |= {"top_events": top_events_frame(tree), "cut_sets": cut_sets_frame(tree)}
+    figures = _figures(systems, tree, source)
+    publish_folder(folder, DEPENDABILITY_RESULTS, frames, figures, provenance)
     return DependabilityTables(folder, systems, tree, source, table, outages)
+
+
+def _figures(systems: Sequence[Endurance], tree: FaultTree | None, source: str) -> dict[str, Draw]:
+    # Here, because matplotlib takes half a second that not every command needs.
+    from kankaku.analysis.figures.dependability_figures import (  # noqa: PLC0415
+        availability_figure,
+        fault_tree_figure,
+    )
+
+    figures: dict[str, Draw] = {}
+    if tree is not None:
+        figures["fault_tree"] = partial(fault_tree_figure, tree)
+    figures["availability"] = partial(availability_figure, systems, source=source)
+    return figures

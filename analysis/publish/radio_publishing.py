@@ -1,26 +1,15 @@
 """The results folder of a radio network: tables, three figures, columns and provenance."""
 
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
 
-from kankaku.analysis.figures.drawing import write_figure
-from kankaku.analysis.figures.radio_figures import (
-    cell_capacity_figure,
-    radio_load_figure,
-    round_trip_figure,
-)
-from kankaku.analysis.results import COLUMNS, columns_frame
+from kankaku.analysis.publish.results_folder import Draw, Kind, publish_folder
 from kankaku.analysis.saved_run import SavedRun
-from kankaku.analysis.tables.columns import csv_text, json_text, write_whole
 from kankaku.analysis.tables.radio_tables import (
-    CELL_CAPACITY,
-    RADIO_LOAD,
     RADIO_TABLES,
-    ROUND_TRIPS,
     CellPoint,
     LoadCase,
     cell_capacity_frame,
@@ -31,8 +20,12 @@ from kankaku.analysis.tables.radio_tables import (
 from kankaku.analysis.words import label_of
 from kankaku.railway.radio.cells import RadioPlan
 
-RADIO_FILES = ("radio_load.csv", "columns.csv")
-"""Every results folder of this kind has them."""
+RADIO_RESULTS = Kind(
+    "radio_load",
+    RADIO_TABLES,
+    figures=("radio_load", "round_trips", "cell_capacity"),
+    large=frozenset({"utilisation"}),
+)
 
 
 class RadioTables(NamedTuple):
@@ -82,21 +75,36 @@ def publish_radio(  # noqa: PLR0917 - what was asked, found and done
         The tables that a reader looks at first.
     """
     load, capacity = radio_load_frame(cases, plan), cell_capacity_frame(points)
-    folder.mkdir(parents=True, exist_ok=True)
+    frames = {
+        "radio_load": load,
+        "utilisation": utilisation_frame(cases),
+        "round_trips": round_trips_frame(cases),
+        "cell_capacity": capacity,
+    }
+    figures = _figures(title, run, plan, cases, points)
+    publish_folder(folder, RADIO_RESULTS, frames, figures, provenance)
+    return RadioTables(folder, plan, run, cases, points, load, capacity)
+
+
+def _figures(
+    title: str,
+    run: SavedRun,
+    plan: RadioPlan,
+    cases: Sequence[LoadCase],
+    points: Sequence[CellPoint],
+) -> dict[str, Draw]:
+    # Here, because matplotlib takes half a second that not every command needs.
+    from kankaku.analysis.figures.radio_figures import (  # noqa: PLC0415
+        cell_capacity_figure,
+        radio_load_figure,
+        round_trip_figure,
+    )
+
     shown = next(case for case in cases if case.start_s is not None)
     heading = f"Radio load, {shown.system.title}, trains of {label_of(run.controller)}"
-    write_figure(radio_load_figure(shown, run, plan, title=heading), folder / "radio_load")
-    write_figure(round_trip_figure(cases, title=f"Round trips: {title}"), folder / "round_trips")
-    figure = cell_capacity_figure(points, plan, title="How many trains can one cell carry?")
-    write_figure(figure, folder / "cell_capacity")
-    buffer = io.BytesIO()
-    frame = utilisation_frame(cases)
-    frame.to_parquet(buffer, engine="pyarrow", compression="zstd", index=False)
-    write_whole(folder / "utilisation.parquet", buffer.getvalue())
-    write_whole(folder / "provenance.json", json_text(provenance))
-    write_whole(folder / "round_trips.csv", csv_text(round_trips_frame(cases), ROUND_TRIPS))
-    write_whole(folder / "cell_capacity.csv", csv_text(capacity, CELL_CAPACITY))
-    write_whole(folder / "columns.csv", csv_text(columns_frame(RADIO_TABLES), COLUMNS))
-    # Last, because a folder counts as results once it has it.
-    write_whole(folder / "radio_load.csv", csv_text(load, RADIO_LOAD))
-    return RadioTables(folder, plan, run, cases, points, load, capacity)
+    carried = "How many trains can one cell carry?"
+    return {
+        "radio_load": lambda: radio_load_figure(shown, run, plan, title=heading),
+        "round_trips": lambda: round_trip_figure(cases, title=f"Round trips: {title}"),
+        "cell_capacity": lambda: cell_capacity_figure(points, plan, title=carried),
+    }

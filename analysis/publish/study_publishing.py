@@ -1,42 +1,30 @@
 """Everything of a results folder beside the raw tables: summary, figures, report."""
 
 from collections.abc import Collection, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
-from matplotlib.figure import Figure
 
-from kankaku.analysis.figures.drawing import write_figure
-from kankaku.analysis.figures.interval_diagram import interval_figure
-from kankaku.analysis.figures.map_diagram import control_map_figure
-from kankaku.analysis.figures.map_window import window_of
-from kankaku.analysis.figures.speed_distance import follower_panels, speed_distance_figure
-from kankaku.analysis.figures.time_distance import time_distance_figure
-from kankaku.analysis.figures.zoom import worst_moment, zoom_figure
-from kankaku.analysis.results import (
-    COLUMNS,
-    STATIONS,
-    WRITTEN_TABLES,
-    columns_frame,
-    stations_frame,
-)
-from kankaku.analysis.tables.columns import csv_text, json_text, write_whole
+from kankaku.analysis.publish.results_folder import Draw, Kind, publish_folder
+from kankaku.analysis.results import WRITTEN_TABLES, stations_frame
+from kankaku.analysis.tables.map_window import window_of
 from kankaku.analysis.tables.run_tables import RunTables
-from kankaku.analysis.tables.summary import SUMMARY, summary_frame
+from kankaku.analysis.tables.summary import summary_frame
 from kankaku.analysis.tables.sweep import SWEPT_TABLES, SweepTables, shown_delays_s, sweep_tables
+from kankaku.analysis.tables.worst import worst_moment
 from kankaku.analysis.texts.report import Shortfalls, report_text, unfinished_heading
 from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.step.records import RAW_TABLES
 
-FIGURES = ("intervals", "speed_distance", "time_distance", "zoom")
-PUBLISHED_FILES = frozenset(
-    {
-        *("summary.csv", "stations.csv", "columns.csv", "provenance.json", "report.md"),
-        *(f"{table}.csv" for table in SWEPT_TABLES),
-        *(f"{name}.{kind}" for name in FIGURES for kind in ("png", "svg")),
-    }
+STUDY_RESULTS = Kind(
+    "summary",
+    {**WRITTEN_TABLES, **SWEPT_TABLES},
+    figures=("intervals", "speed_distance", "time_distance", "zoom"),
+    texts=("report.md",),
+    elsewhere=frozenset(RAW_TABLES),
 )
-"""Every file that :func:`publish` may write."""
 
 
 class Findings(NamedTuple):
@@ -99,42 +87,32 @@ def publish(
     if not runs:
         msg = "nothing to publish: no run was finished"
         raise ValueError(msg)
-    folder.mkdir(parents=True, exist_ok=True)
     findings = Findings(
         summary_frame(runs),
         sweep_tables(scenario.sweep, scenario.published, runs) if scenario.sweep else None,
     )
     stations = stations_frame(scenario.line)
-    explained = {**WRITTEN_TABLES, **SWEPT_TABLES} if findings.sweep else WRITTEN_TABLES
     drawn_s = shown_delays_s([(run.controller, run.initial_delay_s) for run in runs])
     drawn = [run for run in runs if run.seed == runs[0].seed and run.initial_delay_s in drawn_s]
     shown = [run for run in drawn if run.initial_delay_s == drawn_s[-1]]
-    made = {}
+    made: dict[str, Draw] = {}
     if figures:
         made = _figures(scenario, findings.sweep, drawn, shown, stations)
         made |= _maps(scenario, [run for run in shown if run.controller in by_radio], stations)
-    for name, figure in made.items():
-        (folder / name).parent.mkdir(exist_ok=True)
-        write_figure(figure, folder / name)
-    images = [f"{name}.png" for name in made]
     report = report_text(
         scenario.title,
         shown,
         findings.summary,
         provenance,
-        images,
+        [f"{name}.png" for name in made],
         swept=findings.sweep,
         shortfalls=Shortfalls(failures, _unfinished(runs, scenario)),
     )
-    write_whole(folder / "report.md", report)
-    write_whole(folder / "columns.csv", csv_text(columns_frame(explained), COLUMNS))
-    write_whole(folder / "stations.csv", csv_text(stations, STATIONS))
-    write_whole(folder / "provenance.json", json_text(provenance))
+    frames = {"summary": findings.summary, "stations": stations}
     if findings.sweep:
-        for name, frame in findings.sweep.frames.items():
-            write_whole(folder / f"{name}.csv", csv_text(frame, SWEPT_TABLES[name]))
-    # Last, because a folder counts as results once it has a summary.
-    write_whole(folder / "summary.csv", csv_text(findings.summary, SUMMARY))
+        frames |= findings.sweep.frames
+    texts = {"report.md": report}
+    publish_folder(folder, STUDY_RESULTS, frames, made, provenance, texts=texts)
     return findings
 
 
@@ -156,30 +134,51 @@ def _figures(
     drawn: Sequence[RunTables],
     shown: Sequence[RunTables],
     stations: pd.DataFrame,
-) -> dict[str, Figure]:
+) -> dict[str, Draw]:
     """Return the figures by name; the first two show the drawn runs, the others those shown."""
-    figures, title = {}, scenario.title
+    # Here, because matplotlib takes half a second that not every command needs.
+    from kankaku.analysis.figures.time_distance import time_distance_figure  # noqa: PLC0415
+    from kankaku.analysis.figures.zoom import zoom_figure  # noqa: PLC0415
+
+    figures: dict[str, Draw] = {}
+    title = scenario.title
     if swept:
-        figures["intervals"] = interval_figure(swept, stations)
-        place = scenario.line.station_by_id[swept.sweep.station].name
-        figures["speed_distance"] = speed_distance_figure(
-            follower_panels(drawn, swept.sweep, scenario.line),
-            title=f"The train behind {swept.sweep.train}, on its way to {place}",
-            legend="initial delay",
-        )
+        figures = _sweep_figures(scenario, swept, drawn, stations)
         title += f"; initial delay {shown[0].initial_delay_s:g} s"
-    figures["time_distance"] = time_distance_figure(shown, stations, title=title)
+    figures["time_distance"] = partial(time_distance_figure, shown, stations, title=title)
     if worst_moment(shown[0]) is not None:
-        figures["zoom"] = zoom_figure(shown, stations)
+        figures["zoom"] = partial(zoom_figure, shown, stations)
     return figures
 
 
-def _maps(
-    scenario: Scenario, runs: Sequence[RunTables], stations: pd.DataFrame
-) -> dict[str, Figure]:
-    """Return the control maps of runs by their places in the results folder."""
+def _sweep_figures(
+    scenario: Scenario, swept: SweepTables, drawn: Sequence[RunTables], stations: pd.DataFrame
+) -> dict[str, Draw]:
+    from kankaku.analysis.figures.interval_diagram import interval_figure  # noqa: PLC0415
+    from kankaku.analysis.figures.speed_distance import (  # noqa: PLC0415
+        follower_panels,
+        speed_distance_figure,
+    )
+
+    place = scenario.line.station_by_id[swept.sweep.station].name
     return {
-        f"{run.controller}/control_map": control_map_figure(run, scenario, stations, window)
+        "intervals": lambda: interval_figure(swept, stations),
+        "speed_distance": lambda: speed_distance_figure(
+            follower_panels(drawn, swept.sweep, scenario.line),
+            title=f"The train behind {swept.sweep.train}, on its way to {place}",
+            legend="initial delay",
+        ),
+    }
+
+
+def _maps(scenario: Scenario, runs: Sequence[RunTables], stations: pd.DataFrame) -> dict[str, Draw]:
+    """Return the control maps of runs by their places in the results folder."""
+    from kankaku.analysis.figures.map_diagram import control_map_figure  # noqa: PLC0415
+
+    return {
+        f"{run.controller}/control_map": partial(
+            control_map_figure, run, scenario, stations, window
+        )
         for run in runs
         if (window := window_of(run, scenario)) is not None
     }

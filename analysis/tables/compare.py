@@ -6,15 +6,14 @@ near zero per cents are noise, and of a negative one (trains that are early) the
 large enough is declared beside each indicator. Elsewhere the difference itself is told.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pandas as pd
 from scipy.special import stdtrit
 
 from kankaku.analysis.tables.columns import rows_frame
-from kankaku.analysis.tables.summary import SUMMARY
+from kankaku.analysis.tables.indicators import COMPARED, INDICATOR_OF
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.step.records import Column
 
@@ -30,33 +29,10 @@ COMPARISON = (
 )
 
 
-class Indicator(NamedTuple):
-    """How an indicator is told."""
-
-    label: str
-    per_cent_above: float = 0.0
-    """Changes are told in per cent of a baseline above this. In the indicator's unit"""
-
-
-INDICATORS: Mapping[str, Indicator] = {
-    "interstation_stop_time_s": Indicator("stop time between stations", 10.0),
-    "interstation_stops": Indicator("stops between stations", 1.0),
-    "interstation_crawl_time_s": Indicator("crawl between stations", 10.0),
-    "mean_arrival_delay_s": Indicator("mean arrival delay", 5.0),
-    "final_arrival_delay_s": Indicator("delay at the last station", 5.0),
-    "secondary_delay_s": Indicator("secondary delay", 30.0),
-    "energy_gross_kwh": Indicator("energy, gross", 1.0),
-    "energy_net_kwh": Indicator("energy, net", 1.0),
-    "scheduled_speed_kmh": Indicator("scheduled speed", 1.0),
-    "jerk_mps3": Indicator("jerk, r.m.s.", 0.01),
-}
-"""Indicators that are compared, and how."""
 CONFIDENCE = 0.95
 
 
-def comparison(
-    summary: pd.DataFrame, indicators: Sequence[str] = tuple(INDICATORS)
-) -> pd.DataFrame:
+def comparison(summary: pd.DataFrame, indicators: Sequence[str] = tuple(COMPARED)) -> pd.DataFrame:
     """
     Compare every controller with the first one of the summary.
 
@@ -82,7 +58,6 @@ def comparison(
 
 
 def _rows(summary: pd.DataFrame, indicators: Sequence[str]) -> Iterator[dict[str, object]]:
-    units = {column.name: column.unit for column in SUMMARY}
     by_delays = summary.set_index(["seed", "initial_delay_s"])
     controllers = list(dict.fromkeys(summary["controller"]))
     for controller in controllers:
@@ -98,7 +73,7 @@ def _rows(summary: pd.DataFrame, indicators: Sequence[str]) -> Iterator[dict[str
             yield {
                 "controller": controller,
                 "indicator": indicator,
-                "unit": units[indicator],
+                "unit": INDICATOR_OF[indicator].column.unit,
                 "pairs": len(shared),
                 "mean": float(own[indicator].mean()),
                 "difference": difference,
@@ -114,7 +89,7 @@ def change_pct(indicator: str, difference: float, reference: float) -> float:
     Parameters
     ----------
     indicator
-        Its name. One that is not in ``INDICATORS`` needs a positive reference.
+        Its name. One that is not in ``COMPARED`` needs a positive reference.
     difference
         The change. In the indicator's unit
     reference
@@ -126,7 +101,7 @@ def change_pct(indicator: str, difference: float, reference: float) -> float:
         Change over reference; nan unless the reference is greater than the indicator's
         ``per_cent_above``. [%]
     """
-    above = INDICATORS[indicator].per_cent_above if indicator in INDICATORS else 0.0
+    above = COMPARED[indicator].per_cent_above if indicator in COMPARED else 0.0
     return 100.0 * difference / reference if reference > above else np.nan
 
 

@@ -7,10 +7,7 @@ import numpy as np
 import pandas as pd
 
 from kankaku.analysis.tables.columns import rows_of
-from kankaku.analysis.tables.compare import (
-    INDICATORS,
-    Indicator,
-)
+from kankaku.analysis.tables.indicators import COMPARED
 
 
 def change_text(cell: Mapping[str, Any]) -> str:
@@ -59,7 +56,7 @@ def comparison_texts(compared: pd.DataFrame) -> tuple[list[str], list[list[str]]
     rows: dict[str, list[str]] = {}
     for cell in rows_of(compared):
         indicator, unit = cell["indicator"], cell["unit"]
-        label = INDICATORS.get(indicator, Indicator(indicator)).label
+        label = COMPARED[indicator].label if indicator in COMPARED else indicator
         row = rows.setdefault(indicator, [f"{label} [{unit}]" if unit else label])
         row.append(_cell_text(cell, baseline=cell["controller"] == controllers[0]))
     return ["indicator", *controllers], list(rows.values())
@@ -83,7 +80,7 @@ def comparison_note(compared: pd.DataFrame) -> str:
     told = f"In brackets: change against {baseline}"
     others = compared[(compared["controller"] != baseline) & compared["difference"].notna()]
     in_units = others[others["change_pct"].isna()]["indicator"]
-    labels = [INDICATORS[name].label for name in INDICATORS if name in set(in_units)]
+    labels = [item.label for name, item in COMPARED.items() if name in set(in_units)]
     if labels:
         told += f", no per cents where it is near zero or negative ({', '.join(labels)})"
     return told

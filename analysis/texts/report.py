@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from kankaku.analysis.tables.columns import rows_of
-from kankaku.analysis.tables.compare import INDICATORS, comparison
+from kankaku.analysis.tables.compare import comparison
+from kankaku.analysis.tables.indicators import COMPARED
 from kankaku.analysis.tables.run_tables import DWELLING, PLAN, REASONS, RunTables
-from kankaku.analysis.tables.summary import SUMMARY
 from kankaku.analysis.tables.sweep import SWEEP_INDICATORS, SweepTables
 from kankaku.analysis.texts.comparison_texts import comparison_note, comparison_texts
 from kankaku.analysis.texts.sweep_texts import sweep_texts
@@ -320,8 +320,7 @@ def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str
 
 
 def _meanings(*, swept: bool) -> list[str]:
-    explained = {column.name: column.meaning for column in SUMMARY}
-    compared = [(told.label, explained[name]) for name, told in INDICATORS.items()]
+    compared = [(told.label, told.column.meaning) for told in COMPARED.values()]
     meanings = SWEEP_INDICATORS.values() if swept else compared
     return [
         "## What the indicators mean",

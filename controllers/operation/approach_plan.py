@@ -14,15 +14,10 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.motion.run_curve import (
-    LONGEST_S,
-    RunCurve,
-    RunTimeError,
-    StallError,
-    fastest,
-    timed,
-)
-from kankaku.railway.motion.way import Driving, Way, reaching_the_end, trace, way_on
+from kankaku.railway.motion.driving import Driving, trace
+from kankaku.railway.motion.run_curve import LONGEST_S, RunCurve, RunTimeError, StallError, fastest
+from kankaku.railway.motion.timed_run import timed
+from kankaku.railway.motion.way import Way, reaching_the_end, way_on
 from kankaku.railway.plan.profile import Profile
 from kankaku.railway.plan.rolling_stock import TrainType
 

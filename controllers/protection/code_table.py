@@ -16,7 +16,8 @@ from kankaku.controllers.options import OptionError
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.profile import Profile
 from kankaku.railway.plan.world import World
-from kankaku.railway.wayside.detection import Detection, Tiling
+from kankaku.railway.wayside.detection import Detection
+from kankaku.railway.wayside.tiling import Tiling
 
 
 class Braking(NamedTuple):

@@ -28,7 +28,8 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
 from kankaku.railway.step.state import NOTHING, Authority, LineState
-from kankaku.railway.wayside.detection import Sight, Tiling, place_of, place_of_front
+from kankaku.railway.wayside.detection import Sight
+from kankaku.railway.wayside.tiling import Tiling, place_of, place_of_front
 
 
 @dataclass(frozen=True, slots=True)

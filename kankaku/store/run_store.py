@@ -16,7 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
-from kankaku.analysis.publish.study_publishing import PUBLISHED_FILES
+from kankaku.analysis.publish.study_publishing import STUDY_RESULTS
 from kankaku.analysis.results import RUN_RECORD, places_of, run_folder
 from kankaku.analysis.tables.columns import json_text, read_csv, write_whole
 from kankaku.analysis.tables.run_tables import RunTables, table_file, write_run
@@ -356,7 +356,7 @@ def clear(folder: Path, places: Iterable[Path]) -> None:
         remove_run(place)
         if place.parent != folder:
             remove_run(place.parent)
-    for name in PUBLISHED_FILES:
+    for name in STUDY_RESULTS.files:
         (folder / name).unlink(missing_ok=True)
 
 
@@ -373,7 +373,7 @@ def move_published(work: Path, folder: Path) -> None:
     """
     made = sorted(file.relative_to(work) for file in work.rglob("*") if file.is_file())
     maps = (file for name in MAPS for file in folder.glob(f"*/{name}"))
-    old = [*(folder / name for name in PUBLISHED_FILES), *maps]
+    old = [*(folder / name for name in STUDY_RESULTS.files), *maps]
     for file in old:
         if file.relative_to(folder) not in made:
             file.unlink(missing_ok=True)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 from kankaku.analysis.publish.dependability_publishing import (
-    DEPENDABILITY_FILES,
+    DEPENDABILITY_RESULTS,
     DependabilityTables,
     publish_dependability,
 )
@@ -83,7 +83,7 @@ def run_availability(
     folder = out / f"{study.scenario.name}_availability"
     systems, source, digest = load_configurations(scenario_folder)
     tree = load_fault_tree(scenario_folder)
-    refuse_foreign(folder, DEPENDABILITY_FILES)
+    refuse_foreign(folder, DEPENDABILITY_RESULTS.marks)
     for system in systems:
         if availability(system).availability < 0.0:
             msg = f"availability.toml: {system.name} is stopped for longer than a year has hours; "

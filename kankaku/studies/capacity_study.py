@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from kankaku.analysis.publish.capacity_publishing import (
-    CAPACITY_FILES,
+    CAPACITY_RESULTS,
     CapacityTables,
     publish_capacity,
 )
@@ -359,7 +359,7 @@ def run_capacity(
         If another command writes there.
     """
     folder = out / f"{study.scenario.name}_capacity"
-    refuse_foreign(folder, CAPACITY_FILES)
+    refuse_foreign(folder, CAPACITY_RESULTS.marks)
     started = time.perf_counter()
     with held(folder) as work:
         assessments, failed = assess_capacity(study, check, progress, work)

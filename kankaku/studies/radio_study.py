@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from kankaku.analysis.publish.radio_publishing import RADIO_FILES, RadioTables, publish_radio
+from kankaku.analysis.publish.radio_publishing import RADIO_RESULTS, RadioTables, publish_radio
 from kankaku.analysis.results import refuse_foreign
 from kankaku.analysis.saved_run import SavedRun, SavedRunError, read_saved_run
 from kankaku.analysis.tables.radio_tables import CellPoint, LoadCase, late_share
@@ -231,7 +231,7 @@ def run_radio(
     """
     folder = out / f"{study.scenario.name}_radio"
     plan = load_radio_plan(scenario_folder, study.scenario.line)
-    refuse_foreign(folder, RADIO_FILES)
+    refuse_foreign(folder, RADIO_RESULTS.marks)
     run = read_saved_run(results, controller)
     if run.scenario not in {"", study.scenario.name}:
         msg = f"{results}: of the scenario {run.scenario}; allowed: a run of {study.scenario.name}"

@@ -4,7 +4,8 @@ import numpy as np
 
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.motion.way import Way, accelerations, look_up
+from kankaku.railway.motion.acceleration import accelerations, look_up
+from kankaku.railway.motion.way import Way
 
 SUMMIT_MPS = 2.0
 """Full traction passes every summit at this speed at least, where the fastest run does. [m/s]"""

@@ -14,6 +14,7 @@ from scipy.optimize import brentq
 
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.compiled import compiled
+from kankaku.railway.motion.acceleration import accelerations, energy_gain
 from kankaku.railway.motion.climbing import climbing_floor
 from kankaku.railway.motion.electric_brake import electric_brake_n
 from kankaku.railway.motion.extremal import (
@@ -34,7 +35,7 @@ from kankaku.railway.motion.run_curve import (
     stall_on,
     way_between,
 )
-from kankaku.railway.motion.way import Way, accelerations, energy_gain
+from kankaku.railway.motion.way import Way
 from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.profile import NO_BUFFERS

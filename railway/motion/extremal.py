@@ -17,8 +17,9 @@ import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.compiled import compiled
+from kankaku.railway.motion.acceleration import accelerations, energy_gain
 from kankaku.railway.motion.electric_brake import electric_brake_n
-from kankaku.railway.motion.way import Way, accelerations, energy_gain
+from kankaku.railway.motion.way import Way
 from kankaku.railway.plan.rolling_stock import TrainType
 
 SPEEDING_UP, HOLDING, COASTING, ELECTRIC, BRAKING = range(5)

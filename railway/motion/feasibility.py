@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray
+from kankaku.railway.motion.driving import Driving, trace
 from kankaku.railway.motion.run_curve import fastest
-from kankaku.railway.motion.way import Driving, Way, trace, way_on
+from kankaku.railway.motion.way import Way, way_on
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.profile import Profile, build_profile
 from kankaku.railway.plan.rolling_stock import TrainType

@@ -13,14 +13,10 @@ from kankaku.railway.plan.profile import at_each
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.obstructions import Obstruction, WaysideState, unobstructed
 from kankaku.railway.step.state import Events, LineState
-from kankaku.railway.wayside.trackside import (
-    ROUNDING_S,
-    ClosedStretch,
-    PointMachine,
-    Scene,
-    machines,
-    places_beside,
-)
+from kankaku.railway.wayside.closed_stretch import ClosedStretch
+from kankaku.railway.wayside.machine import ROUNDING_S, Scene
+from kankaku.railway.wayside.point_machine import PointMachine
+from kankaku.railway.wayside.trackside import machines, places_beside
 
 RESERVE_S = 10.0
 """Who is let through counts as this much time of running further on. [s]"""

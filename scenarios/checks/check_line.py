@@ -1,70 +1,31 @@
 """Cross-checks of the line's files: everything must lie where it can lie."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Sequence
 from itertools import pairwise
 
+from kankaku.scenarios.checks.check_blocks import (
+    block_mistakes,
+    circuit_mistakes,
+    point_mistakes,
+)
+from kankaku.scenarios.checks.line_tables import (
+    FAR_KM,
+    LineTables,
+    duplicates,
+    length_mistakes,
+    same,
+    tiling_mistakes,
+)
 from kankaku.scenarios.reading.files import Table
-from kankaku.scenarios.reading.mistakes import Mistake, meant, row_place
-from kankaku.scenarios.reading.schema import (
-    BaliseRow,
-    BlockRow,
-    CircuitRow,
-    CrossingRow,
+from kankaku.scenarios.reading.mistakes import Mistake, meant
+from kankaku.scenarios.reading.row_formats import (
     CurveRow,
-    GeometryRow,
     GradientRow,
     LimitRow,
-    PlatformRow,
-    StationRow,
     StretchRow,
     TrackRow,
     TurnoutRow,
 )
-
-TOLERANCE_KM = 1e-7
-FAR_KM = 0.5
-"""A platform further than this from the chainage of its station is another station's. [km]"""
-
-
-@dataclass(frozen=True)
-class LineTables:
-    """The files that describe a line."""
-
-    stations: Table[StationRow]
-    tracks: Table[TrackRow]
-    platforms: Table[PlatformRow]
-    turnouts: Table[TurnoutRow]
-    crossings: Table[CrossingRow]
-    limits: Table[LimitRow]
-    gradients: Table[GradientRow]
-    curves: Table[CurveRow]
-    balises: Table[BaliseRow]
-    blocks: Table[BlockRow]
-    circuits: Table[CircuitRow]
-    geometry: Table[GeometryRow]
-
-    @cached_property
-    def sections(self) -> list[list[TrackRow]]:
-        """Parallel tracks grouped by section, along the line."""
-        groups: dict[str, list[TrackRow]] = {}
-        for track in self.tracks:
-            groups.setdefault(track.section, []).append(track)
-        return sorted(groups.values(), key=lambda tracks: tracks[0].start_km)
-
-    @cached_property
-    def platform_at(self) -> dict[tuple[str, str], PlatformRow]:
-        """Platforms by station and track."""
-        return {(row.station, row.track): row for row in self.platforms}
-
-    @property
-    def extent_km(self) -> tuple[float, float] | None:
-        """Where the line starts and ends; nothing as long as its tracks have mistakes."""
-        if not (self.tracks.complete and self.tracks.rows):
-            return None
-        starts, ends = zip(*((track.start_km, track.end_km) for track in self.tracks), strict=True)
-        return min(starts), max(ends)
 
 
 def line_mistakes(line: LineTables) -> list[Mistake]:
@@ -82,89 +43,16 @@ def line_mistakes(line: LineTables) -> list[Mistake]:
         The mistakes.
     """
     mistakes = _track_mistakes(line) + _station_mistakes(line) + _platform_mistakes(line)
-    mistakes += _turnout_mistakes(line) + _block_mistakes(line) + _circuit_mistakes(line)
-    mistakes += _point_mistakes(line)
+    mistakes += _turnout_mistakes(line) + block_mistakes(line) + circuit_mistakes(line)
+    mistakes += point_mistakes(line)
     for stretches in (line.limits, line.gradients, line.curves):
         mistakes += _stretch_mistakes(stretches, line.extent_km)
     return mistakes
 
 
-def duplicates(
-    table: Table[StationRow]
-    | Table[TrackRow]
-    | Table[CrossingRow]
-    | Table[BlockRow]
-    | Table[CircuitRow],
-) -> list[Mistake]:
-    """
-    Return a mistake for every identifier that occurs a second time.
-
-    Parameters
-    ----------
-    table
-        The file.
-
-    Returns
-    -------
-    list[Mistake]
-        The mistakes.
-    """
-    first: dict[str, int] = {}
-    mistakes = []
-    for row in table.rows:
-        if row.id in first:
-            problem = f"{row.id!r} stands in row {first[row.id]} already"
-            mistakes.append(
-                Mistake(table.file, f"row {row.row}, column id", problem, "every id once")
-            )
-        first.setdefault(row.id, row.row)
-    return mistakes
-
-
-def same(one_km: float, other_km: float) -> bool:
-    """
-    Return whether two chainages are the same but for rounding.
-
-    Parameters
-    ----------
-    one_km, other_km
-        The chainages. [km]
-
-    Returns
-    -------
-    bool
-        Whether they are.
-    """
-    return abs(one_km - other_km) < TOLERANCE_KM
-
-
-def _length_mistakes(table: Table[StretchRow]) -> list[Mistake]:
-    return [
-        table.mistake(
-            row, "end_km", f"{row.end_km:g} does not lie after start_km", f"above {row.start_km:g}"
-        )
-        for row in table
-        if row.end_km - row.start_km < TOLERANCE_KM
-    ]
-
-
-def _tiling_mistakes(
-    table: Table[StretchRow], rows: Iterable[StretchRow], what: str, *, gaps: bool
-) -> list[Mistake]:
-    mistakes = []
-    for before, after in pairwise(sorted(rows, key=lambda row: (row.start_km, row.row))):
-        gap_km = after.start_km - before.end_km
-        if gap_km < -TOLERANCE_KM or (gaps and gap_km > TOLERANCE_KM):
-            kind = "leaves a gap behind" if gap_km > 0.0 else "overlaps"
-            problem = f"{what} at {after.start_km:g} {kind} the one of row {before.row}"
-            sign = "" if gaps else "not below "
-            mistakes.append(table.mistake(after, "start_km", problem, f"{sign}{before.end_km:g}"))
-    return mistakes
-
-
 def _track_mistakes(line: LineTables) -> list[Mistake]:
     table: Table[StretchRow] = line.tracks
-    mistakes = duplicates(line.tracks) + _length_mistakes(table)
+    mistakes = duplicates(line.tracks) + length_mistakes(table)
     for tracks in line.sections:
         first = tracks[0]
         for track in tracks[1:]:
@@ -174,7 +62,7 @@ def _track_mistakes(line: LineTables) -> list[Mistake]:
                     problem = f"differs from the parallel track {first.id!r}"
                     mistakes.append(table.mistake(track, column, problem, f"{wanted:g}"))
     leading = [tracks[0] for tracks in line.sections]
-    return mistakes + _tiling_mistakes(table, leading, "the section", gaps=line.tracks.complete)
+    return mistakes + tiling_mistakes(table, leading, "the section", gaps=line.tracks.complete)
 
 
 def _station_mistakes(line: LineTables) -> list[Mistake]:
@@ -200,7 +88,7 @@ def _station_mistakes(line: LineTables) -> list[Mistake]:
 def _platform_mistakes(line: LineTables) -> list[Mistake]:
     table = line.platforms
     stretches: Table[StretchRow] = table
-    mistakes = _length_mistakes(stretches)
+    mistakes = length_mistakes(stretches)
     tracks = {track.id: track for track in line.tracks}
     stations = {station.id for station in line.stations}
     first: dict[tuple[str, str], int] = {}
@@ -227,7 +115,7 @@ def _platform_mistakes(line: LineTables) -> list[Mistake]:
         first.setdefault((row.station, row.track), row.row)
     for track_id in tracks:
         mine = [row for row in table if row.track == track_id]
-        mistakes += _tiling_mistakes(stretches, mine, "the platform", gaps=False)
+        mistakes += tiling_mistakes(stretches, mine, "the platform", gaps=False)
     return mistakes or _place_mistakes(line)
 
 
@@ -309,111 +197,12 @@ def _fouling_mistakes(
     return mistakes
 
 
-def _block_mistakes(line: LineTables) -> list[Mistake]:
-    table = line.blocks
-    stretches: Table[StretchRow] = table
-    mistakes = duplicates(table) + _length_mistakes(stretches)
-    if not (line.tracks.complete and table.present):
-        return mistakes
-    tracks = {track.id: track for track in line.tracks}
-    for row in table:
-        if row.track not in tracks:
-            problem, allowed = f"unknown track {row.track!r}", meant(row.track, tracks)
-            mistakes.append(table.mistake(row, "track", problem, allowed))
-    for track in tracks.values():
-        mine = sorted((row for row in table if row.track == track.id), key=lambda row: row.start_km)
-        mistakes += _tiling_mistakes(stretches, mine, "the block", gaps=table.complete)
-        if not table.complete:
-            continue
-        if not mine:
-            problem = f"track {track.id!r} has no block"
-            allowed = f"blocks from {track.start_km:g} to {track.end_km:g}"
-            mistakes.append(Mistake(table.file, "column track", problem, allowed))
-            continue
-        for row, column in ((mine[0], "start_km"), (mine[-1], "end_km")):
-            wanted = getattr(track, column)
-            if not same(getattr(row, column), wanted):
-                problem = f"the blocks do not reach from end to end of track {track.id!r}"
-                mistakes.append(table.mistake(row, column, problem, f"{wanted:g}"))
-    return mistakes
-
-
-def _circuit_mistakes(line: LineTables) -> list[Mistake]:
-    table = line.circuits
-    stretches: Table[StretchRow] = table
-    mistakes = duplicates(table) + _length_mistakes(stretches)
-    if not (line.tracks.complete and line.blocks.complete and table.present):
-        return mistakes
-    if not line.blocks.present:
-        return [
-            *mistakes,
-            Mistake(table.file, "", "there are no blocks to divide", "with blocks.csv"),
-        ]
-    divided: dict[str, list[CircuitRow]] = {}
-    for row in table:
-        block = _block_at(line, row)
-        if isinstance(block, Mistake):
-            mistakes.append(block)
-        else:
-            divided.setdefault(block.id, []).append(row)
-    for block in line.blocks:
-        mine = sorted(divided.pop(block.id, []), key=lambda row: row.start_km)
-        mistakes += _tiling_mistakes(stretches, mine, "the circuit", gaps=table.complete)
-        if not (mine and table.complete):
-            continue
-        for row, column in ((mine[0], "start_km"), (mine[-1], "end_km")):
-            wanted = getattr(block, column)
-            if not same(getattr(row, column), wanted):
-                problem = f"the circuits do not reach from end to end of block {block.id!r}"
-                mistakes.append(table.mistake(row, column, problem, f"{wanted:g}"))
-    return mistakes
-
-
-def _block_at(line: LineTables, row: CircuitRow) -> BlockRow | Mistake:
-    """Return the block in which a circuit begins, or why there is none."""
-    tracks = {track.id: track for track in line.tracks}
-    if row.track not in tracks:
-        problem, allowed = f"unknown track {row.track!r}", meant(row.track, tracks)
-        return line.circuits.mistake(row, "track", problem, allowed)
-    for block in line.blocks:
-        from_km, to_km = block.start_km - TOLERANCE_KM, block.end_km - TOLERANCE_KM
-        if block.track == row.track and from_km <= row.start_km < to_km:
-            return block
-    problem = f"no block of track {row.track!r} holds {row.start_km:g}"
-    track = tracks[row.track]
-    allowed = f"from {track.start_km:g} to below {track.end_km:g}"
-    return line.circuits.mistake(row, "start_km", problem, allowed)
-
-
-def _point_mistakes(line: LineTables) -> list[Mistake]:
-    mistakes = []
-    for file, points in (
-        (line.balises.file, [(row.row, row.chainage_km) for row in line.balises]),
-        (line.geometry.file, [(row.row, row.chainage_km) for row in line.geometry]),
-    ):
-        for (row_before, before_km), (row, here_km) in pairwise(points):
-            if here_km <= before_km:
-                problem = f"{here_km:g} does not lie after row {row_before}"
-                where = row_place(row, "chainage_km")
-                mistakes.append(Mistake(file, where, problem, f"above {before_km:g}"))
-    if line.extent_km:
-        start_km, end_km = line.extent_km
-        mistakes += [
-            line.balises.mistake(
-                row, "chainage_km", "outside the line", f"from {start_km:g} to {end_km:g}"
-            )
-            for row in line.balises
-            if not start_km <= row.chainage_km <= end_km
-        ]
-    return mistakes
-
-
 def _stretch_mistakes(
     table: Table[LimitRow] | Table[GradientRow] | Table[CurveRow],
     extent_km: tuple[float, float] | None,
 ) -> list[Mistake]:
     stretches: Table[StretchRow] = table
-    mistakes = _length_mistakes(stretches) + _tiling_mistakes(
+    mistakes = length_mistakes(stretches) + tiling_mistakes(
         stretches, stretches, "the stretch", gaps=False
     )
     if extent_km:

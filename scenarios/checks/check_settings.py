@@ -8,10 +8,9 @@ from kankaku.railway.plan.radio_spec import keeps_pace
 from kankaku.scenarios.checks.check_timetable import TimetableTables, calls_by_train
 from kankaku.scenarios.reading.files import Table
 from kankaku.scenarios.reading.mistakes import Mistake, meant
+from kankaku.scenarios.reading.row_formats import CallRow, QuantileRow
 from kankaku.scenarios.reading.schema import (
-    CallRow,
     ControllerEntry,
-    QuantileRow,
     RadioEntry,
     RollingStockFile,
     ScenarioFile,

@@ -5,18 +5,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
-from kankaku.scenarios.checks.check_line import LineTables, same
+from kankaku.scenarios.checks.line_tables import LineTables, same
 from kankaku.scenarios.checks.ways import ends_on_the_way, route_of
 from kankaku.scenarios.reading.files import Table
 from kankaku.scenarios.reading.mistakes import Mistake, meant
-from kankaku.scenarios.reading.schema import (
-    CallRow,
-    DwellStationRow,
-    PlatformRow,
-    RollingStockFile,
-    ServiceRow,
-    TrainEntry,
-)
+from kankaku.scenarios.reading.row_formats import CallRow, DwellStationRow, PlatformRow, ServiceRow
+from kankaku.scenarios.reading.schema import RollingStockFile, TrainEntry
 from kankaku.scenarios.reading.units import next_day, whole_seconds
 
 

@@ -2,16 +2,11 @@
 
 from collections.abc import Iterator, Sequence
 
-from kankaku.scenarios.checks.check_line import LineTables, duplicates, same
 from kankaku.scenarios.checks.check_timetable import TimetableTables, calls_by_train, seconds
+from kankaku.scenarios.checks.line_tables import LineTables, duplicates, same
 from kankaku.scenarios.reading.mistakes import Mistake, meant
-from kankaku.scenarios.reading.schema import (
-    ClosureEntry,
-    CrossingRow,
-    ScenarioFile,
-    WindowEntry,
-    WorkZoneEntry,
-)
+from kankaku.scenarios.reading.row_formats import CrossingRow
+from kankaku.scenarios.reading.schema import ClosureEntry, ScenarioFile, WindowEntry, WorkZoneEntry
 from kankaku.scenarios.reading.units import next_day
 
 HELD_BEFORE_KM = 0.1

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from kankaku.scenarios.checks.check_line import LineTables
-from kankaku.scenarios.reading.schema import CallRow
+from kankaku.scenarios.checks.line_tables import LineTables
+from kankaku.scenarios.reading.row_formats import CallRow
 
 
 def route_of(line: LineTables, calls: Sequence[CallRow]) -> list[tuple[int, int]]:

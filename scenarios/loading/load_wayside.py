@@ -4,8 +4,8 @@ import numpy as np
 
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, Obstacle, PointsFailure
 from kankaku.railway.plan.line import Crossing, Line, Turnout
-from kankaku.scenarios.checks.check_line import LineTables
 from kankaku.scenarios.checks.check_timetable import seconds
+from kankaku.scenarios.checks.line_tables import LineTables
 from kankaku.scenarios.reading.schema import ClosureEntry, ScenarioFile, WindowEntry, WorkZoneEntry
 from kankaku.scenarios.reading.units import metres
 

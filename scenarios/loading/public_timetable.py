@@ -13,11 +13,13 @@ from pathlib import Path
 
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.rolling_stock import TrainType
-from kankaku.scenarios.checks.check_line import LineTables, line_mistakes
-from kankaku.scenarios.loading.load import read_line, read_stock, to_line, to_train_types
+from kankaku.scenarios.checks.check_line import line_mistakes
+from kankaku.scenarios.checks.line_tables import LineTables
+from kankaku.scenarios.loading.load_line import read_line, to_line
+from kankaku.scenarios.loading.load_stock import read_stock, to_train_types
 from kankaku.scenarios.reading.files import Reader, Table
 from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError, meant, row_place
-from kankaku.scenarios.reading.schema import DwellStationRow, ServiceRow
+from kankaku.scenarios.reading.row_formats import DwellStationRow, ServiceRow
 
 PUBLIC_FILE = "public_timetable.csv"
 _TRAIN = "train"

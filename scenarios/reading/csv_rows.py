@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 
 from kankaku.scenarios.reading.cell_texts import NUMBER
 from kankaku.scenarios.reading.explain import refused_cell
-from kankaku.scenarios.reading.schema import Row
+from kankaku.scenarios.reading.row_formats import Row
 
 R = TypeVar("R", bound=Row)
 

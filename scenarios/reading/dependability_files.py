@@ -6,14 +6,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BeforeValidator, Field
 
 from kankaku.railway.failures.availability import Configuration, DeviceGroup
 from kankaku.railway.failures.fault_tree import Event, FaultTree, Gate
 from kankaku.scenarios.reading.fields import Name, OptionalText, Text
 from kankaku.scenarios.reading.files import Reader
 from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError, meant
-from kankaku.scenarios.reading.schema import check
+from kankaku.scenarios.reading.schema import Checked, check
 
 AVAILABILITY_FILE = "availability.toml"
 FAULT_TREE_FILE = "fault_tree.toml"
@@ -39,25 +39,21 @@ _Effect: TypeAlias = Annotated[
 _Published: TypeAlias = Annotated[float | None, Field(ge=0.0, description="a number from 0")]
 
 
-class _Checked(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
-
-
-class DeviceEntry(_Checked):
+class DeviceEntry(Checked):
     """A kind of device."""
 
     failures_per_hour: float = Field(ge=0.0, le=0.1)
     repair_h: float = Field(gt=0.0, le=8760.0)
 
 
-class GroupEntry(_Checked):
+class GroupEntry(Checked):
     """Devices of one kind in a system; ``effect`` is the share of the line that one stops."""
 
     count: _Count
     effect: _Effect
 
 
-class PublishedAvailability(_Checked):
+class PublishedAvailability(Checked):
     """Published results of a system, as printed."""
 
     failures_per_year: _Published = None
@@ -68,7 +64,7 @@ class PublishedAvailability(_Checked):
     ] = None
 
 
-class ControlSystemEntry(_Checked):
+class ControlSystemEntry(Checked):
     """A system."""
 
     title: Text
@@ -76,7 +72,7 @@ class ControlSystemEntry(_Checked):
     published: PublishedAvailability = PublishedAvailability()
 
 
-class AvailabilityFile(_Checked):
+class AvailabilityFile(Checked):
     """The file ``availability.toml``."""
 
     schema_version: Literal[1]
@@ -85,14 +81,14 @@ class AvailabilityFile(_Checked):
     systems: dict[Name, ControlSystemEntry] = Field(min_length=1)
 
 
-class EventEntry(_Checked):
+class EventEntry(Checked):
     """Something that happens or not."""
 
     title: Text
     probability: float = Field(ge=0.0, le=1.0)
 
 
-class GateEntry(_Checked):
+class GateEntry(Checked):
     """What follows from others: ``any_of`` or ``all_of`` of them."""
 
     title: Text
@@ -104,7 +100,7 @@ class GateEntry(_Checked):
     )
 
 
-class FaultTreeFile(_Checked):
+class FaultTreeFile(Checked):
     """The file ``fault_tree.toml``."""
 
     schema_version: Literal[1]

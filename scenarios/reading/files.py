@@ -14,7 +14,7 @@ from kankaku.scenarios.reading.cell_texts import printable, shown
 from kankaku.scenarios.reading.csv_rows import LONGEST_LINE, LongLineError, Records, RowReader
 from kankaku.scenarios.reading.mistakes import Mistake, also_in, meant, row_place
 from kankaku.scenarios.reading.raw import UnreadableError, read_whole
-from kankaku.scenarios.reading.schema import Row, columns
+from kankaku.scenarios.reading.row_formats import Row, columns
 
 R = TypeVar("R", bound=Row)
 R_co = TypeVar("R_co", bound=Row, covariant=True)

@@ -5,14 +5,14 @@ from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from kankaku.railway.plan.line import Line
 from kankaku.railway.radio.cells import Cells, Link, PublishedLoad, RadioPlan, RadioSystem
 from kankaku.scenarios.reading.fields import Name, Text
 from kankaku.scenarios.reading.files import Reader
 from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError
-from kankaku.scenarios.reading.schema import check
+from kankaku.scenarios.reading.schema import Checked, check
 
 RADIO_FILE = "radio_network.toml"
 LEAST_UPDATE_S = 0.05
@@ -25,11 +25,7 @@ _Seconds: TypeAlias = Annotated[
 ]
 
 
-class _Checked(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
-
-
-class RadioSystemEntry(_Checked):
+class RadioSystemEntry(Checked):
     """One way to bring commands to trains."""
 
     title: Text
@@ -49,7 +45,7 @@ class RadioSystemEntry(_Checked):
     repeats: int = Field(ge=0, le=10)
 
 
-class LoadEntry(_Checked):
+class LoadEntry(Checked):
     """A published load."""
 
     system: Name
@@ -64,14 +60,14 @@ class LoadEntry(_Checked):
     round_trip_max_s: _Seconds = None
 
 
-class PublishedLoads(_Checked):
+class PublishedLoads(Checked):
     """Published loads with their source."""
 
     source: Text
     loads: tuple[LoadEntry, ...] = Field(min_length=1, strict=False)
 
 
-class RadioFile(_Checked):
+class RadioFile(Checked):
     """The file ``radio_network.toml``."""
 
     schema_version: Literal[1]

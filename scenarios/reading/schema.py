@@ -6,8 +6,7 @@ commands have modules of their own: ``radio_network`` and ``dependability``.
 """
 
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -16,9 +15,7 @@ from kankaku.scenarios.reading.fields import (
     CLOCK_TEXT,
     MOST,
     Brake,
-    Cell,
     Clock,
-    Kilometre,
     Mass,
     Name,
     Option,
@@ -35,11 +32,13 @@ MOST_TOLD = 50
 """Faults of one file with keys that are told; whoever has more has one great one. [-]"""
 
 
-class _Checked(BaseModel):
+class Checked(BaseModel):
+    """A table whose keys are all known, and whose values are as they are written."""
+
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
-class ControllerEntry(_Checked):
+class ControllerEntry(Checked):
     """
     A named pair of protection and operation, or a peer.
 
@@ -55,7 +54,7 @@ class ControllerEntry(_Checked):
     by_default: bool = True
 
 
-class DwellSettings(_Checked):
+class DwellSettings(Checked):
     """How the measured dwell delays are applied."""
 
     folder: Text = "."
@@ -64,13 +63,13 @@ class DwellSettings(_Checked):
     trip_correlation: float = Field(0.0, ge=0.0, lt=1.0)
 
 
-class DetectionSettings(_Checked):
+class DetectionSettings(Checked):
     """Train detection by track circuits."""
 
     release_delay_s: float = Field(1.0, ge=0.0, le=60.0)
 
 
-class RadioEntry(_Checked):
+class RadioEntry(Checked):
     """The radio between the centre and the trains."""
 
     cycle_s: float = Field(1.0, ge=0.1, le=2.0)
@@ -80,7 +79,7 @@ class RadioEntry(_Checked):
     burst_factor: float = Field(1.0, ge=1.0, le=100.0)
 
 
-class WindowEntry(_Checked):
+class WindowEntry(Checked):
     """Something that lasts from one time of day to another."""
 
     from_: Clock = Field(alias="from")
@@ -118,7 +117,7 @@ class CrossingObstacleEntry(WindowEntry):
     crossing: Name
 
 
-class RandomDisruptions(_Checked):
+class RandomDisruptions(Checked):
     """What goes wrong beside the track by chance."""
 
     points_failure_percent: float = Field(0.0, ge=0.0, le=100.0)
@@ -127,7 +126,7 @@ class RandomDisruptions(_Checked):
     obstacle_s: float = Field(60.0, gt=0.0, le=86400.0)
 
 
-class OverstayEntry(_Checked):
+class OverstayEntry(Checked):
     """A delay of one train at one station."""
 
     train: Name
@@ -135,7 +134,7 @@ class OverstayEntry(_Checked):
     delay_s: float = Field(ge=0.0, le=7200.0)
 
 
-class SweepEntry(_Checked):
+class SweepEntry(Checked):
     """One run per controller and delay of one train at one station."""
 
     train: Name
@@ -145,7 +144,7 @@ class SweepEntry(_Checked):
     step_s: float = Field(gt=0.0, lt=1000.0)
 
 
-class PublishedEntry(_Checked):
+class PublishedEntry(Checked):
     """Published results of a sweep, printed beside ours."""
 
     source: Text
@@ -154,7 +153,7 @@ class PublishedEntry(_Checked):
     headway_margin_s: float | None = Field(None, ge=0.0, le=7200.0)
 
 
-class ScenarioFile(_Checked):
+class ScenarioFile(Checked):
     """The file ``scenario.toml``."""
 
     schema_version: Literal[1]
@@ -179,7 +178,7 @@ class ScenarioFile(_Checked):
     controllers: dict[Name, ControllerEntry] = Field(min_length=1)
 
 
-class TractionEntry(_Checked):
+class TractionEntry(Checked):
     """Wheel force of the whole train: constant, then constant power, then falling with v^2."""
 
     starting_force_kn: float = Field(gt=0.0, le=5000.0)
@@ -187,7 +186,7 @@ class TractionEntry(_Checked):
     characteristic_speed_kmh: Speed
 
 
-class SupplyEntry(_Checked):
+class SupplyEntry(Checked):
     """Electrical side of the whole train."""
 
     traction_efficiency_percent: Percent
@@ -198,7 +197,7 @@ class SupplyEntry(_Checked):
     auxiliary_kw: float = Field(ge=0.0, le=5000.0)
 
 
-class TrainEntry(_Checked):
+class TrainEntry(Checked):
     """A train type. ``mass_t`` is the loaded train, ``motor_mass_t`` its motor cars."""
 
     cars: int = Field(ge=1, le=30)
@@ -213,186 +212,11 @@ class TrainEntry(_Checked):
     supply: SupplyEntry
 
 
-class RollingStockFile(_Checked):
+class RollingStockFile(Checked):
     """The file ``rolling_stock.toml``."""
 
     schema_version: Literal[1]
     train: dict[Name, TrainEntry] = Field(min_length=1)
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """A row of a CSV file; ``row`` is its place as a spreadsheet counts it."""
-
-    row: int
-
-
-@dataclass(frozen=True, slots=True)
-class StretchRow(Row):
-    """A row that holds between two chainages."""
-
-    start_km: Kilometre
-    end_km: Kilometre
-
-
-@dataclass(frozen=True, slots=True)
-class StationRow(Row):
-    """A row of ``stations.csv``."""
-
-    id: Name
-    name: Text
-    name_local: Text
-    chainage_km: Kilometre
-    lon_deg: Annotated[float, Cell, Field(ge=-180.0, le=180.0)]
-    lat_deg: Annotated[float, Cell, Field(ge=-90.0, le=90.0)]
-
-
-@dataclass(frozen=True, slots=True)
-class TrackRow(StretchRow):
-    """A row of ``tracks.csv``: one of the parallel tracks of a section."""
-
-    section: Name
-    id: Name
-
-
-@dataclass(frozen=True, slots=True)
-class PlatformRow(StretchRow):
-    """A row of ``platforms.csv``."""
-
-    station: Name
-    track: Name
-    stop_km: Kilometre
-
-
-@dataclass(frozen=True, slots=True)
-class TurnoutRow(Row):
-    """A row of ``turnouts.csv``."""
-
-    id: Name
-    position_km: Kilometre
-    fouling_start_km: Kilometre
-    fouling_end_km: Kilometre
-    throw_s: Annotated[float, Cell, Field(ge=0.0, le=60.0)] = 0.0
-    proof_s: Annotated[float, Cell, Field(ge=0.0, le=60.0)] = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class CrossingRow(StretchRow):
-    """A row of ``crossings.csv``."""
-
-    id: Name
-    strike_in_km: Kilometre
-    closing_s: Annotated[float, Cell, Field(ge=0.0, le=600.0)]
-
-
-@dataclass(frozen=True, slots=True)
-class LimitRow(StretchRow):
-    """A row of ``limits.csv``."""
-
-    limit_kmh: Annotated[float, Cell, Field(ge=5.0, le=400.0)]
-
-
-@dataclass(frozen=True, slots=True)
-class GradientRow(StretchRow):
-    """A row of ``gradients.csv``; rising is positive."""
-
-    gradient_permil: Annotated[float, Cell, Field(ge=-120.0, le=120.0)]
-
-
-@dataclass(frozen=True, slots=True)
-class CurveRow(StretchRow):
-    """A row of ``curves.csv``."""
-
-    radius_m: Annotated[float, Cell, Field(ge=50.0, le=100000.0)]
-
-
-@dataclass(frozen=True, slots=True)
-class BaliseRow(Row):
-    """A row of ``balises.csv``."""
-
-    chainage_km: Kilometre
-
-
-@dataclass(frozen=True, slots=True)
-class BlockRow(StretchRow):
-    """A row of ``blocks.csv``."""
-
-    id: Name
-    track: Name
-
-
-@dataclass(frozen=True, slots=True)
-class CircuitRow(BlockRow):
-    """A row of ``circuits.csv``: one of the track circuits that a block is divided into."""
-
-
-@dataclass(frozen=True, slots=True)
-class GeometryRow(Row):
-    """A row of ``geometry.csv``: a point of the drawn centre line."""
-
-    chainage_km: Kilometre
-    lon_deg: Annotated[float, Cell, Field(ge=-180.0, le=180.0)]
-    lat_deg: Annotated[float, Cell, Field(ge=-90.0, le=90.0)]
-
-
-@dataclass(frozen=True, slots=True)
-class ServiceRow(Row):
-    """A row of ``services.csv``, in the order in which the trains leave the line."""
-
-    train: Name
-    train_type: Name
-
-
-@dataclass(frozen=True, slots=True)
-class CallRow(Row):
-    """A row of ``calls.csv``."""
-
-    train: Name
-    station: Name
-    track: Name
-    arrival: Clock
-    departure: Clock
-
-
-@dataclass(frozen=True, slots=True)
-class DwellStationRow(Row):
-    """A row of ``dwell_stations.csv``."""
-
-    station: Name
-    minimum_dwell_s: Annotated[float, Cell, Field(ge=0.0, le=3600.0)]
-    booked_dwell_s: Annotated[float, Cell, Field(ge=0.0, le=3600.0)]
-    delay_scale: Annotated[float, Cell, Field(ge=0.0, le=100.0)]
-
-
-@dataclass(frozen=True, slots=True)
-class QuantileRow(Row):
-    """A row of ``dwell_quantiles.csv``."""
-
-    level: Annotated[float, Cell, Field(ge=0.0, le=1.0)]
-    delay_s: Annotated[float, Cell, Field(ge=0.0, le=7200.0)]
-
-
-def columns(model: type[Row], *, required: bool = False) -> tuple[str, ...]:
-    """
-    Return the columns of a CSV file.
-
-    Parameters
-    ----------
-    model
-        Its kind of row.
-    required
-        Leave out those that may be absent.
-
-    Returns
-    -------
-    tuple[str, ...]
-        Names of the columns.
-    """
-    return tuple(
-        field.name
-        for field in fields(model)
-        if field.name != "row" and (field.default is MISSING or not required)
-    )
 
 
 def check(model: type[M], data: Mapping[str, Any], file: str) -> tuple[M | None, list[Mistake]]:

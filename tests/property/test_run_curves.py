@@ -9,7 +9,8 @@ from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.motion.run_curve import RunCurve, RunTimeError, fastest_run, timed_run
+from kankaku.railway.motion.run_curve import RunCurve, RunTimeError, fastest_run
+from kankaku.railway.motion.timed_run import timed_run
 from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.line import Line, TrackCurve
 from tests.property.dense_run import (

@@ -12,10 +12,10 @@ import pytest
 
 from kankaku.railway.plan.line import Block, Gradient, Line
 from kankaku.railway.plan.scenario import Scenario
-from kankaku.sumo_net import names, plain_xml
+from kankaku.sumo_net import edge_cuts, names, plain_xml, routes_xml
 from kankaku.sumo_net.build import SumoFiles, build, network, sumo_binary
-from kankaku.sumo_net.drawing import EARTH_RADIUS_M, TRACK_SPACING_M, centre_line
 from kankaku.sumo_net.engine import SumoEngine
+from kankaku.sumo_net.geometry import EARTH_RADIUS_M, TRACK_SPACING_M, centre_line
 from tests.worlds import merge_scenario, two_station_scenario, world_of
 
 READY_S = 25_200.0
@@ -115,7 +115,7 @@ def test_another_line_is_another_network() -> None:
 def test_edges_of_a_track_follow_each_other_and_have_its_length(block_m: float | None) -> None:
     line = merge_scenario(1, block_m=block_m).line
     lengths_m = lane_lengths_m(network(line))
-    for track, edges in plain_xml.cut_tracks(line).items():
+    for track, edges in edge_cuts.cut_tracks(line).items():
         assert edges[0].start_m == line.track_by_id[track].start_m
         assert edges[-1].end_m == line.track_by_id[track].end_m
         for edge, following in pairwise(edges):
@@ -125,8 +125,8 @@ def test_edges_of_a_track_follow_each_other_and_have_its_length(block_m: float |
 
 
 def test_tracks_are_cut_at_their_signals_only() -> None:
-    assert len(plain_xml.cut_tracks(merge_scenario(1).line)["main"]) == 1
-    edges = plain_xml.cut_tracks(merge_scenario(1, block_m=400.0).line)
+    assert len(edge_cuts.cut_tracks(merge_scenario(1).line)["main"]) == 1
+    edges = edge_cuts.cut_tracks(merge_scenario(1, block_m=400.0).line)
     assert [edge.start_m for edge in edges["main"]] == [400.0, 800.0, 1200.0, 1600.0]
     assert len(edges["north"]) == len(edges["south"]) == 1
 
@@ -142,21 +142,21 @@ def test_signals_stand_between_blocks_and_not_at_the_ends_of_the_line() -> None:
 def test_signal_at_a_stop_position_stands_a_metre_beyond_it() -> None:
     line = two_station_scenario(1).line
     blocks = (Block("a", "main", 0.0, 300.0), Block("b", "main", 300.0, 1800.0))
-    first, second = plain_xml.cut_tracks(replace(line, blocks=blocks))["main"]
+    first, second = edge_cuts.cut_tracks(replace(line, blocks=blocks))["main"]
     assert first.end_m == second.start_m == 301.0
 
 
 def test_stop_position_at_the_very_end_of_a_track_is_refused() -> None:
     line = two_station_scenario(1).line
-    edges = plain_xml.cut_tracks(line)
+    edges = edge_cuts.cut_tracks(line)
     with pytest.raises(ValueError, match=r"1799\.80 m on track main"):
-        plain_xml.edge_of_stop(edges, "main", 1799.8)
+        edge_cuts.edge_of_stop(edges, "main", 1799.8)
 
 
 def test_front_of_an_entering_train_is_at_its_stop_position() -> None:
     scenario = two_station_scenario(1, block_m=250.0)
     kinds = scenario.train_types.values()
-    routes = plain_xml.routes_xml(scenario.line, kinds, scenario.timetable, np.zeros((1, 2)), 0.5)
+    routes = routes_xml.routes_xml(scenario.line, kinds, scenario.timetable, np.zeros((1, 2)), 0.5)
     (train,) = elements(routes, "vehicle")
     assert train.attrib["departPos"] == "50.000"
     assert next(elements(routes, "route")).attrib["edges"].split()[0] == "main#1"

@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.patches import Rectangle
 
-from kankaku.analysis.figures.drawing import write_figure
 from kankaku.analysis.figures.map_diagram import control_map_figure
-from kankaku.analysis.figures.map_window import Window, window_of
+from kankaku.analysis.figures.style import write_figure
 from kankaku.analysis.publish.study_publishing import publish
 from kankaku.analysis.results import run_folder, stations_frame
+from kankaku.analysis.tables.map_window import Window, window_of
 from kankaku.analysis.tables.run_tables import RunTables, run_tables, write_run
 from kankaku.railway.plan.disruptions import Cause
 from kankaku.railway.plan.scenario import Scenario

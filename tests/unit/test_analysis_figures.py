@@ -6,11 +6,12 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from kankaku.analysis.figures.drawing import spread, write_figure
+from kankaku.analysis.figures.style import spread, write_figure
 from kankaku.analysis.figures.time_distance import time_distance_figure
-from kankaku.analysis.figures.zoom import worst_moment, zoom_figure
+from kankaku.analysis.figures.zoom import zoom_figure
 from kankaku.analysis.results import stations_frame
 from kankaku.analysis.tables.run_tables import RunTables, run_tables
+from kankaku.analysis.tables.worst import worst_moment
 from kankaku.analysis.words import clock
 from tests.records import READY_S, Stand, make_record, punctual, run_times_s, three_station_world
 

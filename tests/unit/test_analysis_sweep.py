@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from kankaku.analysis.publish.study_publishing import PUBLISHED_FILES, publish
+from kankaku.analysis.publish.study_publishing import STUDY_RESULTS, publish
 from kankaku.analysis.results import read_results, run_folder
 from kankaku.analysis.tables.columns import typed_frame
 from kankaku.analysis.tables.compare import comparison
@@ -237,7 +237,7 @@ def test_one_run_left_of_an_interrupted_sweep_can_be_read(tmp_path: Path) -> Non
 
 def test_a_sweep_leaves_no_file_that_is_not_declared(tmp_path: Path) -> None:
     publish_all(tmp_path, all_runs())
-    assert {item.name for item in tmp_path.iterdir() if item.is_file()} == PUBLISHED_FILES
+    assert {item.name for item in tmp_path.iterdir() if item.is_file()} == STUDY_RESULTS.files
 
 
 def test_without_a_sweep_there_are_no_intervals(tmp_path: Path) -> None:

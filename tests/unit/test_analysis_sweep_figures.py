@@ -10,7 +10,6 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 
-from kankaku.analysis.figures.drawing import colour, write_figure
 from kankaku.analysis.figures.interval_diagram import interval_figure
 from kankaku.analysis.figures.speed_distance import (
     Panel,
@@ -18,6 +17,7 @@ from kankaku.analysis.figures.speed_distance import (
     follower_panels,
     speed_distance_figure,
 )
+from kankaku.analysis.figures.style import colour, write_figure
 from kankaku.analysis.tables.sweep import SweepTables, sweep_frame
 from kankaku.railway.plan.scenario import Sweep
 from tests.records import STOPS_M, three_station_world

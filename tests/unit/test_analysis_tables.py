@@ -10,7 +10,8 @@ import pytest
 from kankaku.analysis.publish.study_publishing import publish
 from kankaku.analysis.results import COLUMNS, columns_frame, read_results, run_folder
 from kankaku.analysis.tables.columns import csv_text, read_csv, typed_frame
-from kankaku.analysis.tables.compare import INDICATORS, change_pct, comparison, half_width
+from kankaku.analysis.tables.compare import change_pct, comparison, half_width
+from kankaku.analysis.tables.indicators import COMPARED
 from kankaku.analysis.tables.run_tables import REASONS, RunTables, run_tables, write_run
 from kankaku.analysis.tables.summary import SUMMARY, summary_frame
 from kankaku.analysis.texts.comparison_texts import change_text, comparison_note, comparison_texts
@@ -333,7 +334,7 @@ def test_a_report_warns_of_trains_that_never_arrived(tmp_path: Path) -> None:
 def test_a_change_is_told_in_per_cent_only_of_a_baseline_that_is_large_enough(
     reference: float, percent: float | None
 ) -> None:
-    assert INDICATORS["mean_arrival_delay_s"].per_cent_above == 5.0
+    assert COMPARED["mean_arrival_delay_s"].per_cent_above == 5.0
     found = change_pct("mean_arrival_delay_s", 2.0, reference)
     assert np.isnan(found) if percent is None else found == pytest.approx(percent)
 

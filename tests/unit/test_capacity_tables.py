@@ -8,7 +8,7 @@ import pytest
 
 from kankaku.analysis.figures.capacity_diagram import MARKERS, TARGETS, capacity_figure
 from kankaku.analysis.figures.capacity_stairway import MOST_PANELS, stairway_figure
-from kankaku.analysis.figures.drawing import colour, write_figure
+from kankaku.analysis.figures.style import colour, write_figure
 from kankaku.analysis.results import stations_frame
 from kankaku.analysis.tables.capacity_tables import (
     BLOCKING_TIMES,

@@ -11,7 +11,8 @@ from kankaku.controllers.operation import eco as operation
 from kankaku.controllers.operation.eco import EcoOptions
 from kankaku.controllers.options import OptionError
 from kankaku.railway.motion.eco_run import eco, eco_run
-from kankaku.railway.motion.run_curve import fastest_run, timed_run
+from kankaku.railway.motion.run_curve import fastest_run
+from kankaku.railway.motion.timed_run import timed_run
 from kankaku.railway.plan.line import Gradient, SpeedLimit
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.records import RunRecord

@@ -6,7 +6,7 @@ import pytest
 
 from kankaku.railway.randomness import stream
 from kankaku.scenarios.loading.load import load
-from tools.fuzz import BAD, Answer, Plan, examine
+from tools.fuzz import BAD, Answer, FuzzPlan, examine
 from tools.small_lines import small_line
 
 FOLDERS = range(40)
@@ -27,7 +27,7 @@ def test_a_drawn_line_is_good_before_it_is_harmed(tmp_path: Path, number: int) -
 
 
 def test_harmed_folders_are_accepted_or_refused_and_nothing_else(tmp_path: Path) -> None:
-    plan = Plan(seed=1, runs=0.0)
+    plan = FuzzPlan(seed=1, runs=0.0)
     found: dict[int, list[Answer]] = {
         number: list(examine(plan, number, tmp_path / "harmed")) for number in FOLDERS
     }
@@ -37,7 +37,7 @@ def test_harmed_folders_are_accepted_or_refused_and_nothing_else(tmp_path: Path)
 
 
 def test_the_same_seed_makes_the_same_folder(tmp_path: Path) -> None:
-    plan = Plan(seed=1, runs=0.0)
+    plan = FuzzPlan(seed=1, runs=0.0)
     for number in (0, 1, 2):
         one, two = (plan.folder(number, tmp_path / place) for place in ("one", "two"))
         assert (one.parent / "harm.txt").read_text() == (two.parent / "harm.txt").read_text()

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
-from kankaku.analysis.figures.drawing import style, write_figure
+from kankaku.analysis.figures.style import style, write_figure
 from kankaku.analysis.results import RESULT_FILES, read_provenance, read_results, run_folder
 from kankaku.analysis.saved_run import SavedRunError, read_saved_run
 from kankaku.analysis.tables.columns import csv_text, read_csv, typed_frame, write_whole

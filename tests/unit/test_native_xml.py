@@ -10,7 +10,7 @@ import pytest
 
 from kankaku.railway.plan.line import Block, Line, SpeedLimit
 from kankaku.railway.plan.scenario import Scenario
-from kankaku.sumo_net import names, native_xml, plain_xml
+from kankaku.sumo_net import edge_cuts, names, native_xml, plain_xml, routes_xml
 from tests.worlds import commuter_train, merge_scenario, two_station_scenario
 
 READY_S = 25_200.0
@@ -32,14 +32,14 @@ def limited(*limits: tuple[float, float, float]) -> Line:
 
 def speeds_mps(line: Line) -> list[tuple[float, float]]:
     """Return the limit from each place on."""
-    edges = plain_xml.cut_tracks(line)["main"]
+    edges = edge_cuts.cut_tracks(line)["main"]
     kept = [edges[0], *(e for before, e in pairwise(edges) if e.limit_mps != before.limit_mps)]
     return [(edge.start_m, edge.limit_mps) for edge in kept]
 
 
 def test_tracks_are_cut_where_the_limit_changes_and_run_on_without_a_signal() -> None:
     line = limited((400.0, 900.0, 20.0), (900.0, 1200.0, 15.0))
-    none = plain_xml.EDGE_SPEED_MPS
+    none = edge_cuts.EDGE_SPEED_MPS
     assert speeds_mps(line) == [(0.0, none), (400.0, 20.0), (900.0, 15.0), (1200.0, none)]
     assert set(signal_kinds(line).values()) == {"priority"}
     written = [float(edge.attrib["speed"]) for edge in elements(plain_xml.edges_xml(line), "edge")]
@@ -49,7 +49,7 @@ def test_tracks_are_cut_where_the_limit_changes_and_run_on_without_a_signal() ->
 def test_limit_that_changes_at_a_signal_needs_no_second_cut() -> None:
     line = limited((300.4, 1800.0, 20.0))
     blocks = (Block("a", "main", 0.0, 300.0), Block("b", "main", 300.0, 1800.0))
-    edges = plain_xml.cut_tracks(replace(line, blocks=blocks))["main"]
+    edges = edge_cuts.cut_tracks(replace(line, blocks=blocks))["main"]
     assert [(edge.start_m, edge.at_signal) for edge in edges] == [(0.0, False), (301.0, True)]
     assert edges[1].limit_mps == 20.0
 
@@ -63,7 +63,7 @@ def test_limit_that_changes_at_a_stop_position_changes_on_the_slow_side_of_it(
     line = limited((0.0, 300.0, before_mps), (300.0, 1800.0, after_mps))
     native = native_xml.native_line(line, moving_block=True)
     assert speeds_mps(native) == [(0.0, before_mps), (changes_m, after_mps)]
-    stop = plain_xml.edge_of_stop(plain_xml.cut_tracks(native), "main", 300.0)
+    stop = edge_cuts.edge_of_stop(edge_cuts.cut_tracks(native), "main", 300.0)
     assert stop.limit_mps == min(before_mps, after_mps)
 
 
@@ -75,7 +75,7 @@ def test_signals_stand_at_the_fouling_point_wherever_the_blocks_end(at_m: float)
         blocks += [Block(f"{track}-2", track, at_m, POINTS_M) for track in ("north", "south")]
     blocks += [Block("a", "main", POINTS_M, 1200.0), Block("b", "main", 1200.0, 2000.0)]
     native = native_xml.native_line(replace(line, blocks=tuple(blocks)), moving_block=False)
-    cuts = plain_xml.cut_tracks(native)
+    cuts = edge_cuts.cut_tracks(native)
     assert [edge.start_m for edge in cuts["north"] if edge.at_signal] == [FOULING_M]
     assert [edge.start_m for edge in cuts["main"] if edge.at_signal] == [1200.0]
     assert signal_kinds(native)["section#1"] == "priority"
@@ -85,7 +85,7 @@ def test_moving_block_needs_signals_before_points_only() -> None:
     native = native_xml.native_line(merge_scenario(1, block_m=100.0).line, moving_block=True)
     signals = [kind for kind in signal_kinds(native).values() if kind == "rail_signal"]
     assert len(signals) == 2
-    assert not any(edge.at_signal for edge in plain_xml.cut_tracks(native)["main"])
+    assert not any(edge.at_signal for edge in edge_cuts.cut_tracks(native)["main"])
 
 
 def test_points_without_room_before_them_have_their_signal_at_the_points() -> None:
@@ -118,7 +118,7 @@ def test_only_trains_that_change_the_track_wait_for_another_one() -> None:
     scenario = merge_scenario(3, block_m=400.0)
     native = native_xml.native_line(scenario.line, moving_block=False)
     north, south = (
-        next(edge.from_node for edge in plain_xml.cut_tracks(native)[track] if edge.at_signal)
+        next(edge.from_node for edge in edge_cuts.cut_tracks(native)[track] if edge.at_signal)
         for track in ("north", "south")
     )
     second, third = elements(
@@ -136,10 +136,10 @@ def test_trains_of_one_track_need_no_order() -> None:
     assert not list(native_xml.precedences(native, scenario.timetable))
 
 
-def routes(scenario: Scenario, driver: plain_xml.Driver | None = None) -> str:
+def routes(scenario: Scenario, driver: routes_xml.Driver | None = None) -> str:
     kinds = scenario.train_types.values()
     delay_s = np.full((1, 2), 7.0)
-    return plain_xml.routes_xml(scenario.line, kinds, scenario.timetable, delay_s, 0.5, driver)
+    return routes_xml.routes_xml(scenario.line, kinds, scenario.timetable, delay_s, 0.5, driver)
 
 
 def test_stops_end_a_step_later_in_the_file_than_under_our_commands() -> None:

@@ -10,7 +10,8 @@ from scipy.integrate import cumulative_trapezoid, quad, solve_ivp
 from scipy.optimize import brentq
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.motion.run_curve import RunCurve, RunTimeError, fastest_run, timed_run
+from kankaku.railway.motion.run_curve import RunCurve, RunTimeError, fastest_run
+from kankaku.railway.motion.timed_run import timed_run
 from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.line import Gradient, Line, Section, SpeedLimit, Track, TrackCurve
 from kankaku.railway.plan.rolling_stock import PowerSupply, Traction, TrainType, handbook_resistance

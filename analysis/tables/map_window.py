@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kankaku.analysis.figures.zoom import worst_moment
 from kankaku.analysis.tables.columns import rows_of
 from kankaku.analysis.tables.run_tables import DWELLING, RunTables
+from kankaku.analysis.tables.worst import worst_moment
 from kankaku.analysis.words import clock
 from kankaku.railway.plan.scenario import Scenario
 

@@ -1,0 +1,118 @@
+"""One publisher for all kinds of results: tables, figures, columns, texts and provenance."""
+
+import io
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+import pandas as pd
+
+from kankaku.analysis.results import COLUMNS, columns_frame
+from kankaku.analysis.tables.columns import csv_text, json_text, write_whole
+from kankaku.railway.step.records import Column
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Draw: TypeAlias = "Callable[[], Figure]"
+"""Draws a figure when it is asked to: who needs no figure need not wait for matplotlib."""
+
+
+class Kind(NamedTuple):
+    """A kind of results folder: another one is one more of these."""
+
+    main: str
+    """The table that a reader opens first; a folder counts as results once it has it."""
+    tables: Mapping[str, tuple[Column, ...]]
+    """Columns of every table that it may have."""
+    figures: tuple[str, ...] = ()
+    """Every figure that it may have."""
+    texts: tuple[str, ...] = ()
+    """Files of other text."""
+    large: frozenset[str] = frozenset()
+    """Tables that are written as Parquet."""
+    elsewhere: frozenset[str] = frozenset()
+    """Tables that lie in folders below it and are written before."""
+
+    @property
+    def marks(self) -> tuple[str, ...]:
+        """The files by which a folder of this kind is known."""
+        return self.file_of(self.main), "columns.csv"
+
+    @property
+    def files(self) -> frozenset[str]:
+        """Every file that a folder of this kind may have itself."""
+        own = [self.file_of(table) for table in self.tables if table not in self.elsewhere]
+        drawn = [f"{figure}.{kind}" for figure in self.figures for kind in ("png", "svg")]
+        return frozenset({*own, *drawn, *self.texts, "columns.csv", "provenance.json"})
+
+    def file_of(self, table: str) -> str:
+        """Return the name of a table's file."""
+        return f"{table}.parquet" if table in self.large else f"{table}.csv"
+
+
+def publish_folder(
+    folder: Path,
+    kind: Kind,
+    frames: Mapping[str, pd.DataFrame],
+    figures: Mapping[str, Draw],
+    provenance: Mapping[str, Any],
+    *,
+    texts: Mapping[str, str] | None = None,
+) -> None:
+    """
+    Write a results folder; files of an earlier one that are not written again are removed.
+
+    Parameters
+    ----------
+    folder
+        Results folder; made if missing.
+    kind
+        What it may hold.
+    frames
+        Its own tables by name, the main one among them.
+    figures
+        What draws its figures, by name; a name may have a folder in front.
+    provenance
+        What was done; anything that JSON can hold.
+    texts
+        Other files by name.
+    """
+    files = {kind.file_of(name): _content(kind, name, frame) for name, frame in frames.items()}
+    main = files.pop(kind.file_of(kind.main))
+    explained = {
+        name: columns
+        for name, columns in kind.tables.items()
+        if name in frames or name in kind.elsewhere
+    }
+    files |= texts or {}
+    files["provenance.json"] = json_text(provenance)
+    files["columns.csv"] = csv_text(columns_frame(explained), COLUMNS)
+    folder.mkdir(parents=True, exist_ok=True)
+    drawn = {f"{figure}.{kind}" for figure in figures for kind in ("png", "svg")}
+    for name in kind.files - files.keys() - drawn - {kind.file_of(kind.main)}:
+        (folder / name).unlink(missing_ok=True)
+    _draw(folder, figures)
+    for name, content in files.items():
+        write_whole(folder / name, content)
+    # Last, because a folder counts as results once it has it.
+    write_whole(folder / kind.file_of(kind.main), main)
+
+
+def _content(kind: Kind, table: str, frame: pd.DataFrame) -> str | bytes:
+    if table not in kind.large:
+        return csv_text(frame, kind.tables[table])
+    buffer = io.BytesIO()
+    frame.to_parquet(buffer, engine="pyarrow", compression="zstd", index=False)
+    return buffer.getvalue()
+
+
+def _draw(folder: Path, figures: Mapping[str, Draw]) -> None:
+    if not figures:
+        return
+    # Here, because it takes half a second that not every command needs.
+    from kankaku.analysis.figures.style import write_figure  # noqa: PLC0415
+
+    for name, draw in figures.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        write_figure(draw(), folder / name)

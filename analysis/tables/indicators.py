@@ -1,0 +1,252 @@
+"""
+The indicators of a run, each declared once: name, unit, meaning, label, and what works it out.
+
+Summary, comparison, report and documentation follow from what stands here: another indicator is
+one more entry of :data:`INDICATORS`.
+"""
+
+from collections.abc import Callable, Mapping
+from enum import IntEnum
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from kankaku.analysis.tables.delay import Propagation, propagation
+from kankaku.analysis.tables.energy import EnergyTotals, energy_totals
+from kankaku.analysis.tables.interstation import StopTotals, stop_totals
+from kankaku.analysis.tables.intervals import departure_arrival_intervals
+from kankaku.analysis.tables.run_tables import RunTables
+from kankaku.railway.step.records import Column
+
+
+class Measured:
+    """A run, and what several indicators need of it."""
+
+    def __init__(self, run: RunTables) -> None:
+        self.run = run
+
+    @cached_property
+    def stops(self) -> StopTotals:
+        """Stops between stations."""
+        return stop_totals(self.run.interstation_stops)
+
+    @cached_property
+    def spread(self) -> Propagation:
+        """How delay spreads."""
+        return propagation(self.run.calls)
+
+    @cached_property
+    def energy(self) -> EnergyTotals:
+        """Energy of all trains."""
+        return energy_totals(self.run.energy)
+
+    @cached_property
+    def arrivals(self) -> pd.DataFrame:
+        """All calls but origins."""
+        return self.run.calls[self.run.calls["sequence"] > 0]
+
+    @cached_property
+    def last_arrivals(self) -> pd.DataFrame:
+        """Calls at the last station."""
+        at_end = self.arrivals[self.arrivals["stop_m"] == self.arrivals["stop_m"].max()]
+        return self.arrivals[self.arrivals["station"].isin(at_end["station"])]
+
+
+class Topic(IntEnum):
+    """What an indicator is about; controllers are compared topic by topic."""
+
+    TRAINS = 0
+    STOPS = 1
+    DELAY = 2
+    ENERGY = 3
+    RIDE = 4
+    SAFETY = 5
+
+
+class Indicator(NamedTuple):
+    """One number of a run."""
+
+    topic: Topic
+    column: Column
+    of: Callable[[Measured], object]
+    label: str = ""
+    """What a reader calls it; empty for one that is not compared."""
+    per_cent_above: float = 0.0
+    """Changes are told in per cent of a baseline above this. In the indicator's unit"""
+
+
+def _scheduled_speed_kmh(measured: Measured) -> float:
+    by_train = measured.run.calls.groupby("train", sort=False)
+    first = by_train[["stop_m", "departure_s"]].nth(0).to_numpy()
+    last = by_train[["stop_m", "arrival_s"]].nth(-1).to_numpy()
+    distance_m, time_s = (last - first).T
+    arrived = np.isfinite(time_s) & (time_s > 0.0)
+    if not arrived.any():
+        return np.nan
+    return 3.6 * float(distance_m[arrived].sum() / time_s[arrived].sum())
+
+
+INDICATORS = (
+    Indicator(
+        Topic.TRAINS,
+        Column("trains", "int64", "", "trains of the timetable"),
+        lambda measured: len(measured.run.energy),
+    ),
+    Indicator(
+        Topic.TRAINS,
+        Column("trains_completed", "int64", "", "trains that left where their service ends"),
+        lambda measured: int(measured.run.energy["completed"].sum()),
+    ),
+    Indicator(
+        Topic.STOPS,
+        Column(
+            "interstation_stop_time_s", "float64", "s", "running trains at a stand for 1 s or more"
+        ),
+        lambda measured: measured.stops.time_s,
+        "stop time between stations",
+        10.0,
+    ),
+    Indicator(
+        Topic.STOPS,
+        Column("interstation_stops", "int64", "", "how often"),
+        lambda measured: measured.stops.stops,
+        "stops between stations",
+        1.0,
+    ),
+    Indicator(
+        Topic.STOPS,
+        Column("interstation_stop_trains", "int64", "", "how many different trains"),
+        lambda measured: measured.stops.trains,
+    ),
+    Indicator(
+        Topic.STOPS,
+        Column(
+            "interstation_crawl_time_s",
+            "float64",
+            "s",
+            "below 10 km/h off its platforms, with stops",
+        ),
+        lambda measured: measured.run.energy["interstation_crawl_time_s"].sum(),
+        "crawl between stations",
+        10.0,
+    ),
+    Indicator(
+        Topic.DELAY,
+        Column(
+            "mean_arrival_delay_s",
+            "float64",
+            "s",
+            "mean over all calls but origins; early < 0; unreached ones late until the run's end",
+        ),
+        lambda measured: measured.arrivals["arrival_delay_s"].mean(),
+        "mean arrival delay",
+        5.0,
+    ),
+    Indicator(
+        Topic.DELAY,
+        Column(
+            "final_arrival_delay_s",
+            "float64",
+            "s",
+            "mean over trains at the last station; who never came is late until the run's end",
+        ),
+        lambda measured: measured.last_arrivals["arrival_delay_s"].mean(),
+        "delay at the last station",
+        5.0,
+    ),
+    Indicator(
+        Topic.DELAY,
+        Column(
+            "primary_delay_s", "float64", "s", "injected dwell beyond the booked slack, all calls"
+        ),
+        lambda measured: measured.spread.primary_delay_s,
+    ),
+    Indicator(
+        Topic.DELAY,
+        Column(
+            "secondary_delay_s", "float64", "s", "lateness owed to others at each train's last call"
+        ),
+        lambda measured: measured.spread.secondary_delay_s,
+        "secondary delay",
+        30.0,
+    ),
+    Indicator(
+        Topic.DELAY,
+        Column("propagation_ratio", "float64", "", "secondary over primary delay"),
+        lambda measured: measured.spread.ratio,
+    ),
+    Indicator(
+        Topic.DELAY,
+        Column(
+            "trains_affected", "int64", "", "trains made more than 10 s late by others at a call"
+        ),
+        lambda measured: measured.spread.trains_affected,
+    ),
+    Indicator(
+        Topic.DELAY,
+        Column("recovery_time_s", "float64", "s", "from first to last event more than 60 s late"),
+        lambda measured: measured.spread.recovery_time_s,
+    ),
+    Indicator(
+        Topic.DELAY,
+        Column(
+            "shortest_interval_s", "float64", "s", "leader's departure to arrival, same platform"
+        ),
+        lambda measured: departure_arrival_intervals(measured.run.calls)["interval_s"].min(),
+    ),
+    Indicator(
+        Topic.RIDE,
+        Column("scheduled_speed_kmh", "float64", "km/h", "distance over time, dwells included"),
+        _scheduled_speed_kmh,
+        "scheduled speed",
+        1.0,
+    ),
+    Indicator(
+        Topic.ENERGY,
+        Column("energy_gross_kwh", "float64", "kWh", "traction work / efficiency + auxiliaries"),
+        lambda measured: measured.energy.gross_kwh,
+        "energy, gross",
+        1.0,
+    ),
+    Indicator(
+        Topic.ENERGY,
+        Column("energy_recovered_kwh", "float64", "kWh", "recovered braking work x efficiency"),
+        lambda measured: measured.energy.recovered_kwh,
+    ),
+    Indicator(
+        Topic.ENERGY,
+        Column("energy_net_kwh", "float64", "kWh", "gross minus recovered"),
+        lambda measured: measured.energy.net_kwh,
+        "energy, net",
+        1.0,
+    ),
+    Indicator(
+        Topic.RIDE,
+        Column(
+            "jerk_mps3", "float64", "m/s3", "change of acceleration, mean of the trains' r.m.s."
+        ),
+        lambda measured: measured.run.energy["jerk_mps3"].mean(),
+        "jerk, r.m.s.",
+        0.01,
+    ),
+    Indicator(
+        Topic.SAFETY,
+        Column(
+            "violations", "int64", "", "safety invariants that did not hold, collisions included"
+        ),
+        lambda measured: len(measured.run.violations),
+    ),
+    Indicator(
+        Topic.SAFETY,
+        Column("collisions", "int64", "", "those of them that are collisions"),
+        lambda measured: int((measured.run.violations["kind"] == "collision").sum()),
+    ),
+)
+"""All indicators of a run, in the order of the summary."""
+INDICATOR_OF: Mapping[str, Indicator] = {item.column.name: item for item in INDICATORS}
+COMPARED: Mapping[str, Indicator] = {
+    item.column.name: item for item in sorted(INDICATORS, key=lambda item: item.topic) if item.label
+}
+"""Those that controllers are compared by, topic by topic."""
