@@ -97,7 +97,7 @@ results: $(READY)
 
 # The documentation as HTML, tutorials run; writes out/docs/. A warning is an error.
 docs: $(READY)
-	$(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --quiet --jobs auto docs out/docs
+	$(BIN)/sphinx-build --builder html --fail-on-warning --keep-going --quiet --jobs auto docs out/docs
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv

@@ -1,6 +1,5 @@
 """How Sphinx builds the documentation: ``make docs``."""
 
-import builtins
 import re
 import sys
 import tomllib
@@ -15,6 +14,7 @@ DOCS = Path(__file__).parent
 PROJECT = DOCS.parent
 sys.path.insert(0, str(PROJECT))
 
+import kankaku  # noqa: E402 - found on the path above
 from tools.api_pages import write_pages  # noqa: E402 - found on the path above
 
 write_pages(DOCS / "api" / "_pages")
@@ -46,6 +46,7 @@ sphinx_gallery_conf = {
     "examples_dirs": "tutorials",
     "gallery_dirs": "_tutorials",
     "filename_pattern": r"/plot_",
+    "plot_gallery": hasattr(kankaku, "run_study"),
     "download_all_examples": False,
     "show_memory": False,
     "show_signature": False,
@@ -64,16 +65,6 @@ html_theme_options = {
     "footer_end": ["sphinx-version"],
 }
 
-BUILT_IN = {
-    *dir(builtins),
-    "Any",
-    "Callable",
-    "Iterable",
-    "Mapping",
-    "NamedTuple",
-    "Path",
-    "Sequence",
-}
 REFERENCE = re.compile(r"^(\s*)\.\. \[\d+\] ")
 SOURCES = re.compile(r"\]\((?:\.\./)*scenarios/(\w+)/SOURCES\.md\)")
 
@@ -92,10 +83,11 @@ def point_to_pages(_app: Sphinx, name: str, source: list[str]) -> None:
 
 
 def look_up_own_names_only(_app: Sphinx, document: nodes.document) -> None:
-    """Leave built-in types as plain text: to look for them everywhere takes long."""
+    """Leave foreign types as plain text: to look for them everywhere takes most of the time."""
     for link in list(document.findall(pending_xref)):
-        if link.get("reftarget") in BUILT_IN:
-            link.replace_self(nodes.Text(link["reftarget"]))
+        target = link.get("reftarget", "")
+        if link.get("refspecific") and not target.startswith("kankaku"):
+            link.replace_self(nodes.Text(target.rsplit(".", 1)[-1]))
 
 
 def setup(app: Sphinx) -> None:
