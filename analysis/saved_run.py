@@ -11,13 +11,14 @@ from kankaku.analysis.results import read_results, run_folder
 from kankaku.analysis.tables.columns import by_train
 from kankaku.analysis.tables.run_tables import table_file
 from kankaku.railway.arrays import FloatArray
+from kankaku.railway.errors import KankakuError
 from kankaku.railway.step.records import TRAJECTORY
 
 _FULL = 0.99
 """Share of the longest way that makes a trip a whole one. [-]"""
 
 
-class SavedRunError(ValueError):
+class SavedRunError(KankakuError):
     """A results folder that holds no run to work with; says what to do."""
 
 

@@ -1,13 +1,13 @@
 """What a controller says when an option has a value it cannot use."""
 
+from kankaku.railway.errors import KankakuError
 
-class OptionError(ValueError):
+
+class OptionError(KankakuError):
     """An option with a value that is not allowed: what is wrong and what is allowed."""
 
     def __init__(self, problem: str, allowed: str) -> None:
-        super().__init__(f"{problem}; allowed: {allowed}")
-        self.problem = problem
-        self.allowed = allowed
+        super().__init__("", problem, allowed)
 
 
 def require(key: str, value: float, least: float, most: float) -> None:

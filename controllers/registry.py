@@ -25,6 +25,7 @@ from kankaku.controllers.protection.atd import Atd, AtdOptions
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
 from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
+from kankaku.railway.errors import KankakuError
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec, keeps_pace
 from kankaku.railway.plan.scenario import ControllerSpec, Option
 from kankaku.railway.plan.world import World
@@ -122,14 +123,13 @@ _KINDS: Mapping[object, tuple[type, str]] = {
 """What a value is that an option of some type can have; other options are lists."""
 
 
-class ControllerError(ValueError):
+class ControllerError(KankakuError):
     """A controller that cannot be built: which key, what is wrong, what is allowed."""
 
-    def __init__(self, where: str, problem: str, allowed: str) -> None:
-        super().__init__(f"{where}: {problem}; allowed: {allowed}")
-        self.where = where
-        self.problem = problem
-        self.allowed = allowed
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The file is named, too, where the key stands in one."""
+        return (str(self) if self.where.startswith("--") else f"scenario.toml: {self}",)
 
 
 def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Controller:

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.np.ufunc.dufunc import DUFunc
 
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.places import cache_folder
@@ -56,6 +57,8 @@ def elementwise(function: Callable[..., float]) -> Callable[..., FloatArray]:
     """
     Turn a formula of numbers into a numpy ufunc, which compiled functions may call too.
 
+    It is compiled at its first call: whoever only imports it need not wait.
+
     Parameters
     ----------
     function
@@ -66,11 +69,19 @@ def elementwise(function: Callable[..., float]) -> Callable[..., FloatArray]:
     Callable[..., FloatArray]
         The ufunc: broadcasts its arguments.
     """
-    arguments = ", ".join(["float64"] * function.__code__.co_argcount)
-    vectorize: Callable[..., Any] = numba.vectorize
-    made = _cached(lambda cache: vectorize([f"float64({arguments})"], cache=cache)(function))
+    made = _cached(lambda cache: _Formula(function, cache=cache))
     _SOURCES[id(made)] = _sources(function)
     return cast("Callable[..., FloatArray]", made)
+
+
+class _Formula(DUFunc):
+    """A ufunc of float64; other numbers are turned into it, as numpy does."""
+
+    def _compile_for_argtys(self, _: Any, return_type: Any = None) -> Any:  # noqa: ANN401
+        compile_for: Any = super()._compile_for_argtys  # type: ignore[misc]
+        made = compile_for((numba.float64,) * self.ufunc.nin, return_type)
+        self.disable_compile()
+        return made
 
 
 def plain(fields: tuple[Any, ...]) -> Any:  # noqa: ANN401 - of the same kinds, without names

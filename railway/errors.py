@@ -1,6 +1,29 @@
 """Errors in words."""
 
 
+class KankakuError(ValueError):
+    """
+    What whoever uses the program can mend: where it is, what is wrong, and what is allowed.
+
+    Every such error of every room is one of these, and one place tells them all.
+    """
+
+    verdict = "cannot be run"
+    """What that means for the scenario that is used."""
+
+    def __init__(self, where: str, problem: str = "", allowed: str = "") -> None:
+        told = f"{where}: {problem}" if where and problem else where or problem
+        super().__init__(f"{told}; allowed: {allowed}" if allowed else told)
+        self.where = where
+        self.problem = problem
+        self.allowed = allowed
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """Everything that is wrong, a sentence each."""
+        return (str(self),)
+
+
 def sentence_of(error: BaseException) -> str:
     """
     Return an error in one line.

@@ -1,6 +1,6 @@
 """A timetable as the routes file that SUMO reads."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
@@ -66,7 +66,6 @@ def routes_xml(
     root = ET.Element("routes")
     for kind in train_types:
         ET.SubElement(root, "vType", driver.type_attributes(kind))
-    late_s = (driver.late_steps - 1) * step_s
     edges = cut_tracks(line)
     rows = sorted(
         range(len(timetable.services)),
@@ -77,33 +76,54 @@ def routes_xml(
         first = service.calls[0]
         origin = edge_of_stop(edges, first.track, first.stop_m)
         train = ET.SubElement(root, "vehicle", _train_attributes(service, origin, step_s))
-        route = _route(edges, service, origin)
-        if leaves_at_stop(line, service):
-            last = edge_of_stop(edges, service.calls[-1].track, service.calls[-1].stop_m)
-            route = route[: route.index(last) + 1]
-            arrival_m = service.calls[-1].stop_m - STOP_TOLERANCE_M
-            train.set("arrivalPos", f"{arrival_m - last.start_m:.3f}")
-        elif route[-1].end_m > line.end_m:
-            train.set("arrivalPos", f"{line.end_m - route[-1].start_m:.3f}")
+        route = _own_route(line, edges, service, train)
         train.attrib.update(driver.train_attributes)
         ET.SubElement(train, "route", edges=" ".join(edge.id for edge in route))
-        dwells_s = [
-            call.minimum_dwell_s + delay_s
-            for call, delay_s in zip(service.calls, dwell_delay_s[row].tolist(), strict=False)
-        ]
-        dwells_s[0] = max(dwells_s[0] - step_s, 0.0)
-        for call, dwell_s in zip(service.calls, dwells_s, strict=True):
-            edge = edge_of_stop(edges, call.track, call.stop_m)
-            aimed_m = call.stop_m - edge.start_m
-            attributes = {
-                "lane": names.lane(edge.id),
-                "startPos": f"{aimed_m - STOP_TOLERANCE_M:.3f}",
-                "endPos": f"{aimed_m + driver.stop_end_m:.3f}",
-                "duration": f"{dwell_s + driver.late_steps * step_s:.3f}",
-                "until": f"{call.departure_s + late_s:.3f}",
-            }
-            ET.SubElement(train, "stop", attributes)
+        _add_stops(train, edges, service, dwell_delay_s[row].tolist(), (step_s, driver))
     return text_of(root)
+
+
+def _own_route(
+    line: Line, edges: Mapping[str, tuple[Edge, ...]], service: Service, train: ET.Element
+) -> list[Edge]:
+    """Return the edges of a train from its origin on; where it ends is written to it."""
+    first = service.calls[0]
+    route = _route(edges, service, edge_of_stop(edges, first.track, first.stop_m))
+    if leaves_at_stop(line, service):
+        last = edge_of_stop(edges, service.calls[-1].track, service.calls[-1].stop_m)
+        route = route[: route.index(last) + 1]
+        arrival_m = service.calls[-1].stop_m - STOP_TOLERANCE_M
+        train.set("arrivalPos", f"{arrival_m - last.start_m:.3f}")
+    elif route[-1].end_m > line.end_m:
+        train.set("arrivalPos", f"{line.end_m - route[-1].start_m:.3f}")
+    return route
+
+
+def _add_stops(
+    train: ET.Element,
+    edges: Mapping[str, tuple[Edge, ...]],
+    service: Service,
+    dwell_delay_s: Sequence[float],
+    driven: tuple[float, Driver],
+) -> None:
+    step_s, driver = driven
+    late_s = (driver.late_steps - 1) * step_s
+    dwells_s = [
+        call.minimum_dwell_s + delay_s
+        for call, delay_s in zip(service.calls, dwell_delay_s, strict=False)
+    ]
+    dwells_s[0] = max(dwells_s[0] - step_s, 0.0)
+    for call, dwell_s in zip(service.calls, dwells_s, strict=True):
+        edge = edge_of_stop(edges, call.track, call.stop_m)
+        aimed_m = call.stop_m - edge.start_m
+        attributes = {
+            "lane": names.lane(edge.id),
+            "startPos": f"{aimed_m - STOP_TOLERANCE_M:.3f}",
+            "endPos": f"{aimed_m + driver.stop_end_m:.3f}",
+            "duration": f"{dwell_s + driver.late_steps * step_s:.3f}",
+            "until": f"{call.departure_s + late_s:.3f}",
+        }
+        ET.SubElement(train, "stop", attributes)
 
 
 def _route(edges: Mapping[str, tuple[Edge, ...]], service: Service, origin: Edge) -> list[Edge]:

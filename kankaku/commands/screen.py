@@ -2,10 +2,10 @@
 
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import typer
 from rich.console import Console
@@ -13,12 +13,12 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from kankaku.analysis.saved_run import SavedRunError
 from kankaku.controllers import registry
 from kankaku.interrupts import EXIT_INTERRUPTED
+from kankaku.railway.errors import KankakuError
 from kankaku.scenarios.reading.cell_texts import printable
-from kankaku.scenarios.reading.mistakes import ScenarioError
-from kankaku.store.holding import HeldError
+from kankaku.scenarios.reading.mistakes import meant
+from kankaku.scenarios.shipped import folder_of, shipped
 from kankaku.studies import study
 
 EXIT_FAILED = 1
@@ -121,28 +121,76 @@ def refusals(scenario: Path, out: Path) -> Iterator[None]:
     Parameters
     ----------
     scenario
-        Its folder.
+        Its folder or name.
     out
         Where results go.
     """
-    if not os.path.lexists(scenario / MAIN_FILE):
-        problem = f"no such folder with a {MAIN_FILE}; allowed: a scenario folder"
+    if not os.path.lexists(folder_of(scenario) / MAIN_FILE):
+        allowed = f"a scenario folder, or {meant(str(scenario), shipped())}"
+        problem = f"no such folder with a {MAIN_FILE}; allowed: {allowed}"
         complain(f"{scenario} cannot be used", [f"{scenario}: {problem}"])
     try:
         yield
-    except ScenarioError as error:
-        complain(f"{scenario} cannot be used", [str(mistake) for mistake in error.mistakes])
-    except registry.ControllerError as error:
-        place = "" if error.where.startswith("--") else f"{MAIN_FILE}: "
-        complain(f"{scenario} cannot be run", [f"{place}{error}"])
-    except (HeldError, SavedRunError, study.StudyError) as error:
-        complain(f"{scenario} cannot be run", [str(error)])
+    except KankakuError as error:
+        complain(f"{scenario} {error.verdict}", error.sentences)
     except OSError as error:
         told = f"{error.filename or out}: {error.strerror}" if error.strerror else str(error)
         complain(f"{scenario} cannot be run", [told])
     except KeyboardInterrupt:
         console.print("Interrupted: nothing new was written.")
         raise typer.Exit(EXIT_INTERRUPTED) from None
+
+
+def chosen_of(scenario: Path, choices: Mapping[str, Any]) -> study.Study:
+    """
+    Choose what to run, and tell what is doubtful in it.
+
+    Parameters
+    ----------
+    scenario
+        Folder or name of a scenario.
+    choices
+        As of :func:`kankaku.studies.study.choose`.
+
+    Returns
+    -------
+    study.Study
+        What to run.
+    """
+    chosen = study.choose(folder_of(scenario), **choices)
+    show_warnings(chosen.scenario.warnings)
+    return chosen
+
+
+def show_doubts(chosen: study.Study) -> None:
+    """
+    Tell what is doubtful in how controllers fit the line.
+
+    Parameters
+    ----------
+    chosen
+        What is run.
+    """
+    world = study.world_of(chosen.scenario, chosen.step_s)
+    show_warnings(registry.warnings(chosen.specs, world, chosen.scenario.radio))
+
+
+def end_with(failures: Sequence[str]) -> int:
+    """
+    Tell what failed.
+
+    Parameters
+    ----------
+    failures
+        Sentences.
+
+    Returns
+    -------
+    int
+        How the command ends.
+    """
+    show_group(counted_text(len(failures), "failure", "failures"), failures)
+    return exit_status(violations=False, failures=bool(failures), interrupted=False)
 
 
 def complain(title: str, sentences: Sequence[str]) -> NoReturn:

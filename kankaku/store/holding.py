@@ -11,9 +11,10 @@ from pathlib import Path
 
 from kankaku import interrupts
 from kankaku.analysis.results import UNFINISHED
+from kankaku.railway.errors import KankakuError
 
 
-class HeldError(ValueError):
+class HeldError(KankakuError):
     """Somebody else writes to a results folder."""
 
 

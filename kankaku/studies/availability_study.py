@@ -17,6 +17,7 @@ from kankaku.analysis.publish.dependability_publishing import (
 )
 from kankaku.analysis.results import refuse_foreign
 from kankaku.analysis.tables.dependability import Endurance
+from kankaku.asking import YEARS
 from kankaku.railway.failures.availability import Configuration, availability, simulate_outages
 from kankaku.railway.failures.fault_tree import FaultTree, FaultTreeError, minimal_cut_sets
 from kankaku.scenarios.reading.dependability_files import load_configurations, load_fault_tree
@@ -26,7 +27,6 @@ from kankaku.studies.provenance import provenance_of
 from kankaku.studies.study import Study, StudyError, StudyResult
 from kankaku.workers import attempt
 
-YEARS = 100_000
 Progress: TypeAlias = Callable[[int, int], None]
 """Called with the number of finished systems, and of all."""
 

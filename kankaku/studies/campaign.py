@@ -23,6 +23,7 @@ from kankaku.analysis.publish.campaign_publishing import FaultTables, publish_fa
 from kankaku.analysis.results import refuse_foreign
 from kankaku.analysis.tables.columns import write_whole
 from kankaku.analysis.tables.delay import delay_s
+from kankaku.asking import CAMPAIGN_PROTECTION
 from kankaku.controllers import registry
 from kankaku.controllers.control_map.map_protection import ControlMapOptions, Memory
 from kankaku.controllers.control_map.measuring import CENTRE_ROW, Notice
@@ -50,7 +51,6 @@ AFTER_S = 30.0
 """A brake this long after a failure may still be a reaction to it. [s]"""
 BASELINE = -1
 JOURNAL = "journal.jsonl"
-PROTECTION = "control_map"
 
 Finding: TypeAlias = dict[str, Any]
 """What is found out in a run, as the journal keeps it."""
@@ -176,9 +176,9 @@ def run_campaign(
     HeldError
         If another command writes there.
     """
-    if len(campaign.study.specs) != 1 or campaign.spec.protection != PROTECTION:
+    if len(campaign.study.specs) != 1 or campaign.spec.protection != CAMPAIGN_PROTECTION:
         chosen = ", ".join(spec.name for spec in campaign.study.specs)
-        msg = f"--controller: {chosen}; allowed: one with the protection {PROTECTION}"
+        msg = f"--controller: {chosen}; allowed: one with the protection {CAMPAIGN_PROTECTION}"
         raise StudyError(msg)
     folder = out / f"{campaign.study.scenario.name}_faults"
     refuse_foreign(folder, (JOURNAL,))

@@ -8,7 +8,6 @@ them. ``run.py capacity`` gives this a command line.
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from enum import Enum
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
@@ -27,6 +26,7 @@ from kankaku.analysis.tables.capacity_tables import (
     Stretches,
     percent_of,
 )
+from kankaku.asking import Check
 from kankaku.controllers import registry
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.capacity.blocking_time import Headway, blocking_times_s, technical_headways
@@ -47,14 +47,6 @@ from kankaku.workers import Failure, attempt, performed
 
 GRID_M = 50.0
 """Length of a stretch of line where there are no blocks. [m]"""
-
-
-class Check(Enum):
-    """Which headways to check by simulation."""
-
-    ALL = "all"
-    CRITICAL = "critical"
-    NONE = "none"
 
 
 class ByTheory(NamedTuple):

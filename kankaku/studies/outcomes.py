@@ -8,11 +8,12 @@ from typing import NamedTuple, TypeAlias
 import pandas as pd
 
 from kankaku.analysis.tables.sweep import SweepTables
+from kankaku.railway.errors import KankakuError
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.store.run_store import Kept, Task
 
 
-class StudyError(ValueError):
+class StudyError(KankakuError):
     """What of a scenario cannot be run: the option or the run, and what is wrong."""
 
 

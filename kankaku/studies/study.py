@@ -15,6 +15,7 @@ from typing import Any
 
 from kankaku.analysis.results import RESULT_FILES, refuse_foreign
 from kankaku.analysis.tables.run_tables import run_tables
+from kankaku.asking import MOST_JOBS, MOST_SEEDS, SEED_MAX, STEP_RANGE_S
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import named, with_settings
 from kankaku.railway.failures.unit_failures import UnitFailure
@@ -57,11 +58,6 @@ __all__ = [
     "run_study",
     "world_of",
 ]
-
-STEP_RANGE_S = (0.01, 0.5)
-SEED_MAX = 2**63 - 1
-MOST_SEEDS = 100_000
-MOST_JOBS = 10_000
 
 
 def world_of(scenario: Scenario, step_s: float) -> World:

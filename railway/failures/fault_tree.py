@@ -5,13 +5,15 @@ from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple, TypeAlias
 
+from kankaku.railway.errors import KankakuError
+
 CutSet: TypeAlias = frozenset[str]
 MOST_CUT_SETS = 1_000
 """A tree with more of them, at any gate, is refused before time and memory end. [-]"""
 _TOO_MANY = f"more than {MOST_CUT_SETS} minimal cut sets; allowed: a smaller tree"
 
 
-class FaultTreeError(ValueError):
+class FaultTreeError(KankakuError):
     """A fault tree that cannot be worked out."""
 
 

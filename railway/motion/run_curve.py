@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
+from kankaku.railway.errors import KankakuError
 from kankaku.railway.motion.driving import Driving, Trace, trace
 from kankaku.railway.motion.way import Way, way_on
 from kankaku.railway.plan.buffers import Buffers
@@ -29,11 +30,11 @@ LONGEST_S = 1e6
 """Stands for a run that never ends. [s]"""
 
 
-class RunTimeError(ValueError):
+class RunTimeError(KankakuError):
     """A run time that the train cannot meet by coasting."""
 
 
-class StallError(ValueError):
+class StallError(KankakuError):
     """A gradient that the train cannot climb."""
 
 

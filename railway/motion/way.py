@@ -9,6 +9,7 @@ the drag ``r`` of gradients and curves, bounded by the line ceiling and by the b
 end of the way. It is integrated by Heun's rule; the acceleration is constant within a cell.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -128,12 +129,10 @@ def way_on(
         return values
 
     potential = along(profile.potential_m2ps2[row])
-    into_end = 0.5 * speeds_mps[1] ** 2 + potential[-1] - potential
-    cap = np.minimum(profile.ceiling_at_m2ps2(row, chainage_m), into_end)
+    cap = _ceiling(profile, row, chainage_m, along)
     if ceiling_m2ps2 is not None:
         cap = np.minimum(cap, along(ceiling_m2ps2))
-    if profile.permitted_m2ps2 is not None:
-        cap = np.minimum(cap, along(profile.permitted_m2ps2[row]))
+    cap = np.minimum(cap, 0.5 * speeds_mps[1] ** 2 + potential[-1] - potential)
     limits = profile.limits[row]
     middle_m = 0.5 * (chainage_m[1:] + chainage_m[:-1])
     piece = np.searchsorted(limits.start_m, middle_m, side="right") - 1
@@ -148,6 +147,16 @@ def way_on(
         section=piece - piece[0],
         limit_mps=limits.limit_mps[piece[0] : piece[-1] + 1],
     )
+
+
+def _ceiling(
+    profile: Profile, row: int, chainage_m: FloatArray, along: Callable[[FloatArray], FloatArray]
+) -> FloatArray:
+    """Return the energy that the line, and a protection where there is one, permits. [m2/s2]"""
+    cap = profile.ceiling_at_m2ps2(row, chainage_m)
+    if profile.permitted_m2ps2 is None:
+        return cap
+    return np.minimum(cap, along(profile.permitted_m2ps2[row]))
 
 
 def _points_m(

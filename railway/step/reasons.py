@@ -4,6 +4,7 @@ import numpy as np
 
 from kankaku.railway.arrays import BoolArray, IntArray
 from kankaku.railway.compiled import compiled
+from kankaku.railway.errors import KankakuError
 from kankaku.railway.step.control import Bound, Command, Controller
 from kankaku.railway.step.state import (
     NO_REASON,
@@ -33,7 +34,7 @@ def _reasons_by_bound() -> IntArray:
 REASON_OF_BOUND = _reasons_by_bound()
 
 
-class ReasonError(ValueError):
+class ReasonError(KankakuError):
     """A layer that does not say why it lowers a speed, or names what is not there."""
 
 

@@ -84,16 +84,7 @@ def to_line(tables: LineTables, name: str) -> Line:
             for row in tables.stations
         ),
         sections=tuple(_to_section(tracks) for tracks in tables.sections),
-        platforms=tuple(
-            Platform(
-                row.station,
-                row.track,
-                metres(row.start_km),
-                metres(row.end_km),
-                metres(row.stop_km),
-            )
-            for row in tables.platforms
-        ),
+        platforms=tuple(map(_to_platform, tables.platforms)),
         turnouts=to_turnouts(tables),
         limits=tuple(
             SpeedLimit(metres(row.start_km), metres(row.end_km), row.limit_kmh / 3.6)
@@ -115,6 +106,11 @@ def to_line(tables: LineTables, name: str) -> Line:
         ),
         crossings=to_crossings(tables),
     )
+
+
+def _to_platform(row: row_formats.PlatformRow) -> Platform:
+    places_m = metres(row.start_km), metres(row.end_km), metres(row.stop_km)
+    return Platform(row.station, row.track, *places_m)
 
 
 def _to_blocks(rows: Iterable[row_formats.BlockRow]) -> tuple[Block, ...]:

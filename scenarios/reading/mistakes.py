@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
+from kankaku.railway.errors import KankakuError
 from kankaku.scenarios.reading.cell_texts import printable
 
 MOST_NAMED = 30
@@ -37,16 +38,23 @@ def _short(text: str) -> str:
     return printable(kept)
 
 
-class ScenarioError(ValueError):
+class ScenarioError(KankakuError):
     """
     A scenario folder cannot be used; ``mistakes`` holds everything that is wrong with it.
 
     What is wrong in the same way in many rows of a column is one mistake.
     """
 
+    verdict = "cannot be used"
+
     def __init__(self, mistakes: tuple[Mistake, ...]) -> None:
         self.mistakes = _folded(mistakes)
-        super().__init__("\n".join(str(mistake) for mistake in self.mistakes))
+        super().__init__("\n".join(self.sentences))
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The mistakes, a sentence each."""
+        return tuple(map(str, self.mistakes))
 
 
 def _folded(mistakes: Iterable[Mistake]) -> tuple[Mistake, ...]:

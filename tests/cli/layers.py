@@ -3,6 +3,7 @@
 import time
 from typing import TYPE_CHECKING, cast
 
+from kankaku import interrupts
 from kankaku.commands import app
 from kankaku.controllers import registry
 from kankaku.controllers.protection.moving_block import Ahead, MovingBlock, MovingBlockOptions
@@ -41,5 +42,5 @@ if __name__ in {"__main__", "__mp_main__"}:
     known.update(blind=BLIND, stuck=STUCK)
 
 if __name__ == "__main__":
-    app.end_as_by_ctrl_c()
+    interrupts.end_as_by_ctrl_c()
     app.app()

@@ -18,7 +18,7 @@ TABLES = {"columns.csv", "fault_runs.csv", "fault_table.csv", "journal.jsonl", "
 def run_it(place: Path, *options: str) -> Screen:
     """Four runs with a long step, which takes a fifth of the time."""
     always = ("--jobs", "1", "--step", "0.5", "--out", str(place))
-    return kankaku("faults", SCENARIO, "--runs", str(RUNS), *always, *options)
+    return kankaku("campaign", SCENARIO, "--runs", str(RUNS), *always, *options)
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def test_the_screen_tells_what_became_of_each_fault(screen: Screen, results: Pat
     for told in ("fault", "detection", "reaction", "stopped", "caused", "unsafe"):
         assert told in screen.answers
     assert f"Results: {results}" in screen.answers
-    assert f"faults: {2 * RUNS} of {2 * RUNS}, " in screen.complaints
+    assert f"campaign: {2 * RUNS} of {2 * RUNS}, " in screen.complaints
 
 
 def test_the_folder_holds_every_run_and_what_columns_mean(results: Path) -> None:
@@ -127,7 +127,7 @@ def test_an_unsafe_run_ends_with_a_status_of_its_own(results: Path, tmp_path: Pa
 
 def test_other_controllers_and_other_folders_are_refused(tmp_path: Path) -> None:
     folder = two_controllers(tmp_path / "small")
-    wrong = kankaku("faults", folder, "--controller", "plain", "--out", tmp_path)
+    wrong = kankaku("campaign", folder, "--controller", "plain", "--out", tmp_path)
     assert wrong.status == BAD_INPUT
     assert "plain; allowed: one with the protection control_map" in wrong.complaints
     (tmp_path / "control_map_faults").mkdir()

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from kankaku.analysis.results import read_results
-from kankaku.commands import app
+from kankaku.commands.screen import EXIT_BAD_INPUT
 from tests.cli.command import PATIENCE_S, PROJECT, Screen, contents, is_note_of_time, kankaku, start
 from tests.unit.sweep_folder import write_sweep
 
@@ -90,7 +90,7 @@ def test_more_processes_give_the_same_bytes(place: Path, results: Path) -> None:
 
 def test_several_seeds_of_a_sweep_are_refused(place: Path) -> None:
     screen = kankaku(place / "sweep", "--out", place / "never", "--seeds", "2")
-    assert screen.status == app.EXIT_BAD_INPUT
+    assert screen.status == EXIT_BAD_INPUT
     assert "--seeds: 2 seeds of a scenario with a sweep; allowed: 1" in screen.complaints
     assert not (place / "never").exists()
 
@@ -100,5 +100,5 @@ def test_a_wrong_key_of_a_sweep_is_named(tmp_path: Path) -> None:
     text = (folder / "scenario.toml").read_text("utf-8").replace("step_s = 30.0", "steps_s = 30.0")
     (folder / "scenario.toml").write_text(text, "utf-8")
     screen = kankaku(folder, "--out", tmp_path / "out")
-    assert screen.status == app.EXIT_BAD_INPUT
+    assert screen.status == EXIT_BAD_INPUT
     assert "scenario.toml: sweep.steps_s: unknown key" in screen.complaints

@@ -8,7 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from kankaku.analysis.results import read_results
-from kankaku.commands import app
+from kankaku.commands.screen import EXIT_VIOLATION
 from kankaku.controllers import registry
 from kankaku.scenarios.loading.load import load
 from kankaku.studies import study
@@ -94,7 +94,7 @@ def test_an_unsafe_protection_ends_with_status_3_and_all_results(
     unsafe: Path, tmp_path: Path
 ) -> None:
     screen = kankaku(unsafe, "--out", tmp_path / "out", "--jobs", "1")
-    assert screen.status == app.EXIT_VIOLATION
+    assert screen.status == EXIT_VIOLATION
     assert "safety violations" in screen.complaints
     assert "second (seed 7): " in screen.complaints
     read = read_results(tmp_path / "out" / "small")

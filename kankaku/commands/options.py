@@ -1,0 +1,64 @@
+"""The options that several commands share."""
+
+import os
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+import typer
+
+from kankaku.asking import SEED_MAX, STEP_RANGE_S
+
+PROCESSORS = os.cpu_count() or 1
+OUT = Path("out")
+
+
+def _whole_milliseconds(step_s: float | None) -> float | None:
+    # SUMO counts whole milliseconds; with any other step the two clocks drift apart.
+    if step_s is not None and abs(1000.0 * step_s - round(1000.0 * step_s)) > 1e-9:
+        msg = f"{step_s:g} s is not a whole number of milliseconds; allowed: 0.01, 0.125, 0.5, ..."
+        raise typer.BadParameter(msg)
+    return step_s
+
+
+Named: TypeAlias = Annotated[
+    Path,
+    typer.Argument(
+        metavar="SCENARIO",
+        show_default=False,
+        help="Scenario folder, or the name of a shipped one, e.g. rush_hour.",
+    ),
+]
+Names: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="Controller of the scenario, or protection+operation; repeat for several, baseline "
+        "first."
+    ),
+]
+Settings: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="NAME.OPTION=VALUE",
+        help="Another value of an option, e.g. two_stage.slowest_kmh=20; repeat for several.",
+    ),
+]
+Step: TypeAlias = Annotated[
+    float | None,
+    typer.Option(
+        min=STEP_RANGE_S[0],
+        max=STEP_RANGE_S[1],
+        callback=_whole_milliseconds,
+        help="Length of a step, whole milliseconds. [s]",
+    ),
+]
+Jobs: TypeAlias = Annotated[
+    int, typer.Option(min=1, help="Processes to use.", show_default="all processors")
+]
+Seed: TypeAlias = Annotated[
+    int | None, typer.Option(min=0, max=SEED_MAX, help="Seed; the scenario's own if not given.")
+]
+Out: TypeAlias = Annotated[Path, typer.Option(help="Where results go.")]
+Fresh: TypeAlias = Annotated[
+    bool, typer.Option("--fresh", help="Start anew instead of continuing earlier runs.")
+]
