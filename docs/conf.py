@@ -59,6 +59,8 @@ html_title = f"Kankaku {version}"
 html_show_sourcelink = False
 html_theme_options = {
     "show_toc_level": 2,
+    "collapse_navigation": True,
+    "navigation_depth": 2,
     "navigation_with_keys": False,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],

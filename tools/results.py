@@ -9,7 +9,7 @@ replaces the text between ``<!-- name -->`` and ``<!-- end -->``.
 import json
 import re
 import shutil
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +25,7 @@ from kankaku.analysis.tables.sweep import SWEEP_INDICATORS
 from kankaku.analysis.texts.comparison_texts import comparison_texts
 from kankaku.analysis.words import label_of
 from tools.bench import CONTROLLERS, TRAINS
+from tools.paper_tables import markdown, sato_table, sugiyama_table, takaoka_table
 
 PROJECT = Path(__file__).parents[1]
 OUT = PROJECT / "out"
@@ -99,7 +100,7 @@ def comparison_table(
     summary = read_results(folder, trajectories=False).summary
     if controllers:
         summary = summary[summary["controller"].isin(controllers)]
-    return _markdown(*comparison_texts(comparison(summary, indicators)))
+    return markdown(*comparison_texts(comparison(summary, indicators)))
 
 
 def limits_table() -> str:
@@ -123,7 +124,7 @@ def limits_table() -> str:
             ]
         )
     header = ["longest dwell delay", "`close_up`", "`two_stage`", "change", "mean delay"]
-    return _markdown(header, rows)
+    return markdown(header, rows)
 
 
 def reserve_table() -> str:
@@ -140,7 +141,7 @@ def reserve_table() -> str:
         for row in table.to_dict("records")
     ]
     header = ["controller", "stop time", "mean delay", "delay at the last station", "energy, net"]
-    return _markdown(header, rows)
+    return markdown(header, rows)
 
 
 def faults_table() -> str:
@@ -171,7 +172,7 @@ def faults_table() -> str:
         "delay caused",
         "unsafe events",
     ]
-    return _markdown(header, rows)
+    return markdown(header, rows)
 
 
 def losses_table() -> str:
@@ -198,7 +199,7 @@ def losses_table() -> str:
         *(f"mean delay, `{name}`" for name in names),
         *(f"emergency brakings, `{name}`" for name in names),
     ]
-    return _markdown(header, rows)
+    return markdown(header, rows)
 
 
 def steps_table() -> str:
@@ -209,7 +210,7 @@ def steps_table() -> str:
         [f"{row['step_s']:g} s", row["controller"], *(f"{row[name]:+.2f}" for name in names)]
         for row in table.to_dict("records")
     ]
-    return _markdown(["step", "controller", *names], rows)
+    return markdown(["step", "controller", *names], rows)
 
 
 def bench_table() -> str:
@@ -235,7 +236,7 @@ def bench_table() -> str:
         "planning, median and 99 %",
         "where it goes",
     ]
-    return _markdown(header, rows)
+    return markdown(header, rows)
 
 
 def _planning(times_ms: Mapping[str, float]) -> str:
@@ -255,7 +256,7 @@ def sakai_table() -> str:
         rows.append([f"case {case}", *("-" if np.isnan(it) else f"{it:.1f}" for it in pairs)])
     labels = [label for label, _ in SWEEP_INDICATORS.values()]
     header = [text for label in labels for text in (f"{label} [s]", "published")]
-    return _markdown(["", *header], rows)
+    return markdown(["", *header], rows)
 
 
 def headways_table() -> str:
@@ -271,7 +272,7 @@ def headways_table() -> str:
         [place, f"{dwell_s:.0f}", *(f"{value:.1f}" for value in row)]
         for (place, dwell_s), row in zip(wide.index, wide.to_numpy(), strict=True)
     ]
-    return _markdown(["station", "dwell [s]", *(f"`{name}`" for name in wide)], rows)
+    return markdown(["station", "dwell [s]", *(f"`{name}`" for name in wide)], rows)
 
 
 def capacity_table() -> str:
@@ -281,7 +282,7 @@ def capacity_table() -> str:
         [label, *(f"{value:,.0f}" if value >= 1000.0 else f"{value:.1f}" for value in table[name])]
         for name, label in CAPACITY_ROWS.items()
     ]
-    return _markdown(["", *(f"`{name}`" for name in table.index)], rows)
+    return markdown(["", *(f"`{name}`" for name in table.index)], rows)
 
 
 def radio_table() -> str:
@@ -300,7 +301,7 @@ def radio_table() -> str:
     rows = [
         [RADIO_LABELS[name], *(_radio_cell(name, it[name]) for it in columns)] for name in names
     ]
-    return _markdown(header, rows)
+    return markdown(header, rows)
 
 
 def _radio_cell(name: str, value: float) -> str:
@@ -330,7 +331,7 @@ def availability_table() -> str:
     ):
         cells = [years.loc[(name, system)] for system in table.index]
         rows.append([label, *(f"{it['mean']:.3f} ± {it['half_width']:.3f}" for it in cells)])
-    return _markdown(["", *(label_of(name) for name in table.index)], rows)
+    return markdown(["", *(label_of(name) for name in table.index)], rows)
 
 
 def radio_speed() -> str:
@@ -350,11 +351,6 @@ def draw_rush_hour() -> None:
     title = "Keihin-Tohoku line, Omiya to Nishi-Nippori, weekday morning peak"
     figure = time_distance_figure(runs, results.stations, title=title)
     write_figure(figure, OUT / "time_distance")
-
-
-def _markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    rule = ["---", *("---:" for _ in header[1:])]
-    return "\n".join("| " + " | ".join(row) + " |" for row in (header, rule, *rows))
 
 
 def _replace(file: Path, name: str, make: Callable[[], str]) -> None:
@@ -394,6 +390,11 @@ def main() -> None:
     _replace(results, "sakai", sakai_table)
     _replace(results, "bench", bench_table)
     _replace(model, "steps", steps_table)
+    papers = PROJECT / "docs" / "papers.md"
+    _replace(papers, "sakai", sakai_table)
+    _replace(papers, "sato", sato_table)
+    _replace(papers, "sugiyama", sugiyama_table)
+    _replace(papers, "takaoka", takaoka_table)
     draw_rush_hour()
     for place, figure in FIGURES.items():
         shutil.copyfile(OUT / f"{place}.png", PROJECT / "docs" / f"{figure}.png")
