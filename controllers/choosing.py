@@ -17,6 +17,7 @@ from kankaku.controllers.registry import (
     ControllerError,
     Registry,
     choose_layer,
+    likely,
 )
 from kankaku.railway.plan.scenario import ControllerSpec, Option
 
@@ -69,7 +70,7 @@ def named(specs: Sequence[ControllerSpec], name: str) -> ControllerSpec:
     ):
         if layer not in registry:
             problem = f"{name!r}: {layer!r} is not a known {kind}"
-            raise ControllerError(CONTROLLER, problem, ", ".join(registry))
+            raise ControllerError(CONTROLLER, problem, likely(layer, registry))
     return ControllerSpec(name, protection, operation, {}, {})
 
 

@@ -5,16 +5,25 @@ A protection or operation is built from the world and an options dataclass, whos
 the keys that a scenario file may set.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, fields
-from enum import Enum
+from difflib import get_close_matches
 from functools import partial
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, cast
 
 from kankaku.controllers.centre.over_radio import OverRadio
 from kankaku.controllers.control_map.map_operation import FollowPlan, FollowPlanOptions
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions
 from kankaku.controllers.drive import TractionDrive
+from kankaku.controllers.layers import (
+    Guarding,
+    Layer,
+    Medium,
+    OperationFactory,
+    ProtectionFactory,
+    RadioFactory,
+    Registry,
+)
 from kankaku.controllers.operation.approach_point import ApproachPointControl, ApproachPointOptions
 from kankaku.controllers.operation.close_up import CloseUp, CloseUpOptions
 from kankaku.controllers.operation.eco import Eco, EcoOptions
@@ -31,89 +40,84 @@ from kankaku.railway.plan.scenario import ControllerSpec, Option
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+    from kankaku.controllers.centre.over_radio import Centre
+
 __all__ = [
     "OPERATIONS",
     "PEERS",
     "PROTECTIONS",
     "ControllerError",
+    "Layer",
     "Medium",
     "Registry",
     "build",
     "choose_layer",
+    "likely",
     "options_of",
     "warnings",
 ]
 
 
-class Medium(Enum):
-    """How the permissions of a protection reach the trains."""
+PROTECTIONS = Registry(
+    "protection",
+    "kankaku.protections",
+    {
+        "moving_block": Layer(
+            MovingBlock,
+            MovingBlockOptions,
+            "up to the leader's rear, taken as standing",
+            Medium.EITHER,
+        ),
+        "multi_step_atc": Layer(
+            MultiStepAtc, MultiStepAtcOptions, "a speed code per block by the free blocks ahead"
+        ),
+        "atd": Layer(
+            Atd, AtdOptions, "one braking curve over the same blocks, as a fine staircase"
+        ),
+        "relative_braking": Layer(
+            RelativeBraking,
+            RelativeBrakingOptions,
+            "counts on the leader's braking distance: NOT safe if a leader derails or collides",
+            Medium.EITHER,
+        ),
+        "control_map": Layer(
+            ControlMap,
+            ControlMapOptions,
+            "a centre plans bands that do not overlap and commands trains by radio (Sugiyama 2018)",
+            Medium.RADIO,
+        ),
+    },
+)
 
-    TRACK = "through the track: ``radio = true`` is refused"
-    EITHER = "at once, or with ``radio = true`` by radio from a centre that has reports only"
-    RADIO = "always by radio: the protection is built from the radio, too"
-
-
-class Layer(NamedTuple):
-    """
-    How to build a protection or an operation.
-
-    A protection is built from the world and its options, an operation also from the
-    protection, which is its foresight.
-    """
-
-    build: Callable[..., Any]
-    options: type[Any]
-    summary: str
-    medium: Medium = Medium.TRACK
-
-
-Registry: TypeAlias = Mapping[str, Layer]
-
-PROTECTIONS: Registry = {
-    "moving_block": Layer(
-        MovingBlock,
-        MovingBlockOptions,
-        "up to the leader's rear, taken as standing",
-        Medium.EITHER,
-    ),
-    "multi_step_atc": Layer(
-        MultiStepAtc, MultiStepAtcOptions, "a speed code per block by the free blocks ahead"
-    ),
-    "atd": Layer(Atd, AtdOptions, "one braking curve over the same blocks, as a fine staircase"),
-    "relative_braking": Layer(
-        RelativeBraking,
-        RelativeBrakingOptions,
-        "counts on the leader's braking distance: NOT safe if a leader derails or collides",
-        Medium.EITHER,
-    ),
-    "control_map": Layer(
-        ControlMap,
-        ControlMapOptions,
-        "a centre plans bands that do not overlap and commands trains by radio (Sugiyama 2018)",
-        Medium.RADIO,
-    ),
-}
-
-OPERATIONS: Registry = {
-    "close_up": Layer(CloseUp, CloseUpOptions, "as fast as the authority allows"),
-    "two_stage": Layer(
-        TwoStage, TwoStageOptions, "two-stage deceleration with pre-deceleration (Sato 2025)"
-    ),
-    "two_stage_plain": Layer(
-        partial(TwoStage, pre_deceleration=False),
-        TwoStageOptions,
-        "two-stage deceleration without pre-deceleration (Sato 2025)",
-    ),
-    "approach_point": Layer(
-        ApproachPointControl,
-        ApproachPointOptions,
-        "passes the approach point when the way becomes free (Sakai 2020)",
-    ),
-    "eco": Layer(
-        Eco, EcoOptions, "arrives at the booked time with the least energy (Kawashima 1991)"
-    ),
-    "control_map": Layer(FollowPlan, FollowPlanOptions, "as the centre of a control map commands"),
-}
+OPERATIONS = Registry(
+    "operation",
+    "kankaku.operations",
+    {
+        "close_up": Layer(CloseUp, CloseUpOptions, "as fast as the authority allows"),
+        "two_stage": Layer(
+            TwoStage, TwoStageOptions, "two-stage deceleration with pre-deceleration (Sato 2025)"
+        ),
+        "two_stage_plain": Layer(
+            partial(TwoStage, pre_deceleration=False),
+            TwoStageOptions,
+            "two-stage deceleration without pre-deceleration (Sato 2025)",
+        ),
+        "approach_point": Layer(
+            ApproachPointControl,
+            ApproachPointOptions,
+            "passes the approach point when the way becomes free (Sakai 2020)",
+        ),
+        "eco": Layer(
+            Eco, EcoOptions, "arrives at the booked time with the least energy (Kawashima 1991)"
+        ),
+        "control_map": Layer(
+            FollowPlan, FollowPlanOptions, "as the centre of a control map commands"
+        ),
+    },
+)
 
 
 _KINDS: Mapping[object, tuple[type, str]] = {
@@ -165,47 +169,55 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
             raise ControllerError(
                 where=f"{where}.peer", problem=error.problem, allowed=error.allowed
             ) from error
-    make_protection, protection_options, medium = choose_layer(
-        PROTECTIONS, f"{where}.protection", spec.protection, spec.protection_options
-    )
-    make_operation, operation_options, _ = choose_layer(
+    protection = _protection(spec, world, radio, where)
+    layer, options = choose_layer(
         OPERATIONS, f"{where}.operation", spec.operation, spec.operation_options
     )
-    if spec.radio and medium is Medium.TRACK:
-        media = {name: layer.medium for name, layer in PROTECTIONS.items()}
+    make = cast("OperationFactory", layer.build)
+    return Controller(
+        spec.name,
+        protection,
+        make(world, options, protection),
+        TractionDrive(world),
+        protection.separation,
+        by_radio=_goes_by_radio(spec),
+        promises=protection.promises,
+    )
+
+
+def _goes_by_radio(spec: ControllerSpec) -> bool:
+    return spec.radio or PROTECTIONS[spec.protection].medium is Medium.RADIO
+
+
+def _protection(spec: ControllerSpec, world: World, radio: RadioSpec, where: str) -> Guarding:
+    layer, options = choose_layer(
+        PROTECTIONS, f"{where}.protection", spec.protection, spec.protection_options
+    )
+    if spec.radio and layer.medium is Medium.TRACK:
         raise ControllerError(
             where=f"{where}.radio",
             problem=f"the commands of {spec.protection} go through the track",
-            allowed=", ".join(name for name in media if media[name] is not Medium.TRACK),
+            allowed=", ".join(
+                name for name, other in PROTECTIONS.items() if other.medium is not Medium.TRACK
+            ),
         )
-    by_radio = spec.radio or medium is Medium.RADIO
-    if by_radio and not keeps_pace(radio.cycle_s, world.step_s):
+    if _goes_by_radio(spec) and not keeps_pace(radio.cycle_s, world.step_s):
         raise ControllerError(
             where=f"{where}.radio",
             problem=f"half a cycle of {radio.cycle_s:g} s is no multiple of the step",
             allowed=f"steps that divide {0.5 * radio.cycle_s:g} s, unlike {world.step_s:g} s",
         )
     try:
-        if medium is Medium.RADIO:
-            protection = make_protection(world, protection_options, radio)
-        else:
-            protection = make_protection(world, protection_options)
+        if layer.medium is Medium.RADIO:
+            return cast("RadioFactory", layer.build)(world, options, radio)
+        protection = cast("ProtectionFactory", layer.build)(world, options)
     except OptionError as error:
         raise ControllerError(
             where=f"{where}.protection", problem=error.problem, allowed=error.allowed
         ) from error
-    if spec.radio and medium is Medium.EITHER:
-        protection = OverRadio(protection, world, radio)
-    operation = make_operation(world, operation_options, protection)
-    return Controller(
-        spec.name,
-        protection,
-        operation,
-        TractionDrive(world),
-        protection.separation,
-        by_radio=by_radio,
-        promises=protection.promises,
-    )
+    if spec.radio and layer.medium is Medium.EITHER:
+        return OverRadio(cast("Centre", protection), world, radio)
+    return protection
 
 
 def warnings(
@@ -268,9 +280,9 @@ def options_of(spec: ControllerSpec) -> dict[str, dict[str, Option]]:
 
 def choose_layer(
     registry: Registry, where: str, name: str, options: Mapping[str, Option]
-) -> tuple[Callable[..., Any], Any, Medium]:
+) -> tuple[Layer, "DataclassInstance"]:
     """
-    Return how to build a layer, its options, and how it reaches the trains.
+    Return a layer and its options.
 
     Parameters
     ----------
@@ -285,26 +297,25 @@ def choose_layer(
 
     Returns
     -------
-    tuple[Callable[..., Any], Any, Medium]
-        What builds it, an object with all its options, and the medium.
+    tuple[Layer, DataclassInstance]
+        How to build it, and an object with all its options.
 
     Raises
     ------
     ControllerError
         If the layer or an option is unknown, or an option's value is not allowed.
+    PluginError
+        If it is another package's, and cannot be used.
     """
     if name not in registry:
-        raise ControllerError(
-            where=where, problem=f"{name!r} is not known", allowed=", ".join(registry)
-        )
+        raise ControllerError(where, f"{name!r} is not known", likely(name, registry))
     layer = registry[name]
     known = {field.name: field.type for field in fields(layer.options)}
     for key, value in options.items():
         place = f"{where}_options.{key}"
         if key not in known:
             problem = f"option {key!r} is not known to {name}"
-            allowed = ", ".join(known) or "none"
-            raise ControllerError(where=place, problem=problem, allowed=allowed)
+            raise ControllerError(place, problem, likely(key, known) or "none")
         kind, allowed = _KINDS.get(known[key], (tuple, "a list of numbers"))
         if type(value) is not kind:
             raise ControllerError(where=place, problem=f"{value!r}", allowed=allowed)
@@ -314,4 +325,26 @@ def choose_layer(
         raise ControllerError(
             where=f"{where}_options", problem=error.problem, allowed=error.allowed
         ) from error
-    return layer.build, chosen, layer.medium
+    return layer, chosen
+
+
+def likely(name: str, known: Iterable[str]) -> str:
+    """
+    Return what is allowed instead of an unknown name, the likeliest one first.
+
+    Parameters
+    ----------
+    name
+        What was said.
+    known
+        What may be said.
+
+    Returns
+    -------
+    str
+        All names.
+    """
+    names = list(known)
+    close = get_close_matches(name, names, n=1)
+    told = ", ".join(names)
+    return f"{close[0]!r} (did you mean that?) among {told}" if close else told

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import changed_options
+from kankaku.controllers.layers import PluginError, Registry
 from kankaku.railway.plan.scenario import ControllerSpec
 
 
@@ -28,22 +29,30 @@ def known_controllers() -> tuple[Listing, ...]:
     tuple[Listing, ...]
         A table each.
     """
-    layers = tuple(
-        Listing(
-            title,
-            ("name", "what it does", "options"),
-            tuple(
-                (name, layer.summary, _lines((it.name, it.default) for it in fields(layer.options)))
-                for name, layer in registry.items()
-            ),
-        )
-        for title, registry in (
-            ("Protection (how far and how fast a train may go)", registry.PROTECTIONS),
-            ("Operation (how it uses that permission)", registry.OPERATIONS),
-        )
+    layers = (
+        _listing("Protection (how far and how fast a train may go)", registry.PROTECTIONS),
+        _listing("Operation (how it uses that permission)", registry.OPERATIONS),
     )
     peers = tuple((name, peer.summary) for name, peer in registry.PEERS.items())
     return *layers, Listing("Peer (drives the trains itself)", ("name", "what it does"), peers)
+
+
+def _listing(title: str, layers: Registry) -> Listing:
+    return Listing(
+        title,
+        ("name", "what it does", "options"),
+        tuple(_layer_row(layers, name) for name in layers),
+    )
+
+
+def _layer_row(layers: Registry, name: str) -> tuple[str, str, str]:
+    package = layers.package_of(name)
+    try:
+        layer = layers[name]
+    except PluginError as error:
+        return name, str(error), ""
+    told = f"{layer.summary} (package {package})" if package else layer.summary
+    return name, told, _lines((it.name, it.default) for it in fields(layer.options))
 
 
 def controllers_of(title: str, specs: Sequence[ControllerSpec]) -> Listing:

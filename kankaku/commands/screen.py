@@ -1,6 +1,5 @@
 """What every command shows: answers, progress, and complaints that fit on one screen."""
 
-import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -17,8 +16,6 @@ from kankaku.controllers import registry
 from kankaku.interrupts import EXIT_INTERRUPTED
 from kankaku.railway.errors import KankakuError
 from kankaku.scenarios.reading.cell_texts import printable
-from kankaku.scenarios.reading.mistakes import meant
-from kankaku.scenarios.shipped import folder_of, shipped
 from kankaku.studies import study
 
 EXIT_FAILED = 1
@@ -32,7 +29,6 @@ SHOWN_SENTENCES = 10
 """So that the first ones stay on the screen."""
 LONGEST_SENTENCE = 600
 """Characters; longer ones are cut off. [-]"""
-MAIN_FILE = "scenario.toml"
 
 # A name between colons is no picture.
 console = Console(stderr=True, emoji=False)
@@ -125,10 +121,6 @@ def refusals(scenario: Path, out: Path) -> Iterator[None]:
     out
         Where results go.
     """
-    if not os.path.lexists(folder_of(scenario) / MAIN_FILE):
-        allowed = f"a scenario folder, or {meant(str(scenario), shipped())}"
-        problem = f"no such folder with a {MAIN_FILE}; allowed: {allowed}"
-        complain(f"{scenario} cannot be used", [f"{scenario}: {problem}"])
     try:
         yield
     except KankakuError as error:
@@ -157,7 +149,7 @@ def chosen_of(scenario: Path, choices: Mapping[str, Any]) -> study.Study:
     study.Study
         What to run.
     """
-    chosen = study.choose(folder_of(scenario), **choices)
+    chosen = study.choose(scenario, **choices)
     show_warnings(chosen.scenario.warnings)
     return chosen
 

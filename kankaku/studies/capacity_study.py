@@ -41,7 +41,7 @@ from kankaku.railway.step.control import Controller, Foresight, exclusive_pieces
 from kankaku.store import failed_runs
 from kankaku.store.holding import held
 from kankaku.studies.provenance import provenance_of
-from kankaku.studies.study import Study, StudyError, StudyResult, world_of
+from kankaku.studies.study import Registered, Study, StudyError, StudyResult, registered, world_of
 from kankaku.studies.two_trains import foresight_of, simulated_headway_s
 from kankaku.workers import Failure, attempt, performed
 
@@ -142,7 +142,7 @@ def assess_capacity(
     tasks: list[Task] = [*map(ByTheory, headways), *_checks(check, by_theory_s)]
     theory: dict[str, CapacityAssessment] = {}
     simulated_s = {name: np.full(len(known_s), np.nan) for name, known_s in by_theory_s.items()}
-    answers = performed(partial(_perform, study), tasks, study.jobs, folder=work)
+    answers = performed(partial(_perform, study, registered()), tasks, study.jobs, folder=work)
     for finished, done in enumerate(answers, start=1):
         name, answer = done.task.controller, done.result
         if isinstance(answer, CapacityAssessment):
@@ -228,8 +228,9 @@ def _technical(world: World, foresight: Foresight, row: int) -> tuple[Journey, t
 
 
 def _perform(
-    study: Study, task: Task, _: Callable[[float], None]
+    study: Study, layers: Registered, task: Task, _: Callable[[float], None]
 ) -> CapacityAssessment | FloatArray:
+    layers.restore()
     spec = next(spec for spec in study.specs if spec.name == task.controller)
     if isinstance(task, TwoTrains):
         return _simulated_s(study, spec, task)

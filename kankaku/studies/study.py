@@ -5,19 +5,22 @@ This is the one place where the rooms meet: files -> scenario -> SUMO -> loop ->
 ``run.py`` gives it a command line; scripts and notebooks may call :func:`run_study`.
 """
 
+import pickle
+import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from kankaku.analysis.results import RESULT_FILES, refuse_foreign
 from kankaku.analysis.tables.run_tables import run_tables
 from kankaku.asking import MOST_JOBS, MOST_SEEDS, SEED_MAX, STEP_RANGE_S
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import named, with_settings
+from kankaku.controllers.layers import Layer
 from kankaku.railway.failures.unit_failures import UnitFailure
 from kankaku.railway.loop.simulate import simulate
 from kankaku.railway.motion.feasibility import assess
@@ -26,6 +29,7 @@ from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World, build_world
 from kankaku.railway.step.records import RunRecord
 from kankaku.scenarios.loading.load import load
+from kankaku.scenarios.shipped import folder_of
 from kankaku.store import run_store
 from kankaku.store.holding import held
 from kankaku.store.run_store import Task
@@ -213,11 +217,55 @@ def run_study(
     with held(folder) as work:
         refuse_unwritable(folder, "results")
         running = Running(study, folder, work, world)
-        return running.run(partial(_perform, study), Hearers(progress, say, tell))
+        return running.run(partial(_perform, study, registered()), Hearers(progress, say, tell))
 
 
-def _perform(study: Study, task: Task, progress: Callable[[float], None]) -> Path:
+class Registered(NamedTuple):
+    """Layers that were registered while the program runs; workers have to be told of them."""
+
+    protections: Mapping[str, Layer]
+    operations: Mapping[str, Layer]
+
+    def restore(self) -> None:
+        """Register them here, too."""
+        registry.PROTECTIONS.restore(self.protections)
+        registry.OPERATIONS.restore(self.operations)
+
+
+def registered() -> Registered:
+    """
+    Return the layers that were registered while the program runs.
+
+    Returns
+    -------
+    Registered
+        What a worker process registers first.
+
+    Raises
+    ------
+    StudyError
+        If one of them stands in no file that a worker could import.
+    """
+    found = Registered(registry.PROTECTIONS.added(), registry.OPERATIONS.added())
+    for name, layer in (*found.protections.items(), *found.operations.items()):
+        try:
+            pickle.dumps(layer)
+        except (pickle.PicklingError, AttributeError, TypeError) as error:
+            allowed = "a class at the top of a module, or run_once"
+            raise StudyError(name, "worker processes cannot import it", allowed) from error
+        if layer.build.__module__ == "__main__" and not hasattr(
+            sys.modules["__main__"], "__file__"
+        ):
+            allowed = "a module of its own, an entry point, or run_once"
+            raise StudyError(name, "is defined in a notebook, which workers cannot read", allowed)
+    return found
+
+
+def _perform(
+    study: Study, layers: Registered, task: Task, progress: Callable[[float], None]
+) -> Path:
     """Run and write where nobody looks yet; return where."""
+    layers.restore()
     started = time.perf_counter()
     spec = next(spec for spec in study.specs if spec.name == task.controller)
     scenario = study.scenario.with_initial_delay(task.initial_delay_s)
@@ -250,7 +298,7 @@ def _refuse_numbers(seed: int | None, seeds: int, step_s: float | None, jobs: in
 
 
 def choose(  # noqa: PLR0913 - one argument per choice of the user
-    folder: Path,
+    scenario: str | Path,
     *,
     names: Sequence[str] = (),
     settings: Sequence[str] = (),
@@ -263,12 +311,12 @@ def choose(  # noqa: PLR0913 - one argument per choice of the user
     fresh: bool = False,
 ) -> Study:
     """
-    Read a scenario folder and choose what to run of it.
+    Read a scenario and choose what to run of it.
 
     Parameters
     ----------
-    folder
-        Scenario folder.
+    scenario
+        Its folder, or the name of a shipped one.
     names
         Controllers to run, baseline first; all that run by default if empty. Layers that the
         scenario does not name together are ``protection+operation``.
@@ -304,18 +352,18 @@ def choose(  # noqa: PLR0913 - one argument per choice of the user
         If a sweep is to run with several seeds, or a number is out of range.
     """
     _refuse_numbers(seed, seeds, step_s, jobs)
-    scenario = load(folder)
-    specs = tuple(named(scenario.controllers, name) for name in dict.fromkeys(names))
-    specs = specs or tuple(spec for spec in scenario.controllers if spec.by_default or everything)
-    first = scenario.seed if seed is None else seed
+    chosen = load(folder_of(scenario))
+    specs = tuple(named(chosen.controllers, name) for name in dict.fromkeys(names))
+    specs = specs or tuple(spec for spec in chosen.controllers if spec.by_default or everything)
+    first = chosen.seed if seed is None else seed
     if first + seeds - 1 > SEED_MAX:
         msg = f"--seeds: {seeds} from seed {first} on; allowed: up to seed {SEED_MAX}"
         raise StudyError(msg)
     return Study(
-        scenario,
+        chosen,
         with_settings(specs, settings),
         tuple(range(first, first + seeds)),
-        scenario.step_s if step_s is None else step_s,
+        chosen.step_s if step_s is None else step_s,
         1 if gui else jobs,
         gui,
         fresh,

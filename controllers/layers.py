@@ -1,0 +1,195 @@
+"""What a protection or an operation is registered as, and where those of others come from."""
+
+from collections import UserDict
+from collections.abc import Iterator, Mapping
+from enum import Enum
+from functools import cached_property
+from importlib.metadata import EntryPoint, entry_points
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
+
+from kankaku.railway.errors import KankakuError, sentence_of
+from kankaku.railway.plan.radio_spec import RadioSpec
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Foresight, Operation, Protection, Separation
+from kankaku.railway.step.promises import Promises
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+
+class Medium(Enum):
+    """How the permissions of a protection reach the trains."""
+
+    TRACK = "through the track: ``radio = true`` is refused"
+    EITHER = "at once, or with ``radio = true`` by radio from a centre that has reports only"
+    RADIO = "always by radio: the protection is built from the radio, too"
+
+
+class Guarding(Protection[Any], Foresight, Protocol):
+    """A protection as controllers need it: it also says what it will permit, and promises."""
+
+    @property
+    def separation(self) -> Separation:
+        """What keeps its trains apart."""
+        ...
+
+    @property
+    def promises(self) -> Promises | None:
+        """What it promises beyond bare safety."""
+        ...
+
+
+class ProtectionFactory(Protocol):
+    """Builds a protection from the world and its options."""
+
+    def __call__(self, world: World, options: Any, /) -> Guarding:  # noqa: ANN401 - its own class
+        """Return the protection."""
+        ...
+
+
+class RadioFactory(Protocol):
+    """Builds a protection that always goes by radio."""
+
+    def __call__(self, world: World, options: Any, radio: RadioSpec, /) -> Guarding:  # noqa: ANN401
+        """Return the protection."""
+        ...
+
+
+class OperationFactory(Protocol):
+    """Builds an operation from the world, its options, and what its protection will permit."""
+
+    def __call__(
+        self,
+        world: World,
+        options: Any,  # noqa: ANN401 - its own class
+        foresight: Foresight,
+        /,
+    ) -> Operation[Any]:
+        """Return the operation."""
+        ...
+
+
+Factory: TypeAlias = ProtectionFactory | RadioFactory | OperationFactory
+
+
+class Layer(NamedTuple):
+    """
+    How to build a protection or an operation; what an entry point stands for.
+
+    A protection is built from the world and its options (if it always goes by radio, from the
+    radio, too), an operation also from what its protection will permit.
+    """
+
+    build: Factory
+    options: "type[DataclassInstance]"
+    """A frozen dataclass; its fields are the keys that a scenario may set."""
+    summary: str
+    medium: Medium = Medium.TRACK
+    """Of a protection."""
+
+
+class PluginError(KankakuError):
+    """A protection or operation of another package that cannot be used."""
+
+
+class Registry(UserDict[str, Layer]):
+    """
+    Layers by name: our own, those registered while the program runs, and those of packages.
+
+    A package offers a layer by an entry point; it is not imported before it is asked for. Our
+    own names come first.
+    """
+
+    def __init__(self, kind: str, group: str, own: Mapping[str, Layer]) -> None:
+        super().__init__(own)
+        self.kind = kind
+        self.group = group
+        self._own = frozenset(own)
+
+    @cached_property
+    def offered(self) -> Mapping[str, tuple[EntryPoint, ...]]:
+        """Entry points by name; more than one where packages disagree."""
+        found: dict[str, tuple[EntryPoint, ...]] = {}
+        for point in entry_points(group=self.group):
+            found[point.name] = (*found.get(point.name, ()), point)
+        return found
+
+    def register(self, name: str, layer: Layer) -> None:
+        """
+        Add a layer for as long as the program runs.
+
+        Parameters
+        ----------
+        name
+            As scenarios and the command line are to name it.
+        layer
+            How to build it.
+
+        Raises
+        ------
+        PluginError
+            If the name is one of ours or of a package, or no name.
+        """
+        where = f"{self.kind} {name!r}"
+        if name in self._own or name in self.offered:
+            raise PluginError(where, "is there already", "another name")
+        if not name.isidentifier():
+            raise PluginError(where, "is no name", "letters, digits and _")
+        self.data[name] = layer
+
+    def added(self) -> Mapping[str, Layer]:
+        """Return the layers that were registered while the program runs."""
+        return {name: layer for name, layer in self.data.items() if name not in self._own}
+
+    def restore(self, layers: Mapping[str, Layer]) -> None:
+        """
+        Add in a worker process what was registered in the one that began it.
+
+        Parameters
+        ----------
+        layers
+            What :meth:`added` returned there.
+        """
+        self.data.update(layers)
+
+    def package_of(self, name: str) -> str:
+        """Return the package that a layer comes from; empty for our own."""
+        if name in self.data:
+            return "" if name in self._own else "registered"
+        return ", ".join(package_named(point) for point in self.offered.get(name, ()))
+
+    def __missing__(self, name: str) -> Layer:
+        """Import a layer of a package."""
+        if name not in self.offered:
+            raise KeyError(name)
+        points = self.offered[name]
+        where = f"{self.kind} {name!r} of {' and '.join(map(package_named, points))}"
+        if len(points) > 1:
+            raise PluginError(where, "two packages have that name", "one of them")
+        try:
+            layer = points[0].load()
+        except Exception as error:
+            raise PluginError(
+                where, sentence_of(error), "a package that can be imported"
+            ) from error
+        if not isinstance(layer, Layer):
+            raise PluginError(where, f"is a {type(layer).__name__}", "a kankaku.Layer")
+        return layer
+
+    def __contains__(self, name: object) -> bool:
+        """Return whether there is such a layer, imported or not."""
+        return name in self.data or name in self.offered
+
+    def __iter__(self) -> Iterator[str]:
+        """Name the layers, our own first."""
+        yield from self.data
+        yield from (name for name in self.offered if name not in self.data)
+
+    def __len__(self) -> int:
+        """Count the layers."""
+        return sum(1 for _ in self)
+
+
+def package_named(point: EntryPoint) -> str:
+    """Return the package of an entry point."""
+    return point.dist.name if point.dist else point.value

@@ -1,0 +1,141 @@
+"""What the public face does beyond handing on what the rooms offer."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from kankaku.analysis.tables.run_tables import RunTables, run_tables
+from kankaku.controllers import registry
+from kankaku.controllers.choosing import named
+from kankaku.controllers.layers import Factory, Layer, Medium
+from kankaku.railway.plan.scenario import Scenario
+from kankaku.scenarios.loading import load as loading
+from kankaku.scenarios.shipped import folder_of
+from kankaku.studies import study
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+
+def load(scenario: str | Path) -> Scenario:
+    """
+    Read a scenario.
+
+    Parameters
+    ----------
+    scenario
+        Its folder, or the name of a shipped one.
+
+    Returns
+    -------
+    Scenario
+        The scenario, in SI units.
+
+    Raises
+    ------
+    ScenarioError
+        With every mistake of every file, or if there is no such scenario.
+    """
+    return loading.load(folder_of(scenario))
+
+
+def run_once(
+    scenario: str | Path | Scenario,
+    controller: str,
+    *,
+    seed: int | None = None,
+    step_s: float | None = None,
+) -> RunTables:
+    """
+    Run one controller in this process, and keep nothing on disk.
+
+    Parameters
+    ----------
+    scenario
+        A scenario, its folder, or the name of a shipped one.
+    controller
+        One of the scenario's, or ``protection+operation``.
+    seed
+        Seed of the dwell delays; the scenario's own if None.
+    step_s
+        Length of a step; the scenario's own if None. [s]
+
+    Returns
+    -------
+    RunTables
+        Calls, trajectory, stops between stations, energy, violations and more, as frames.
+
+    Raises
+    ------
+    ScenarioError
+        If the files cannot be used.
+    ControllerError
+        If there is no such controller.
+    StudyError
+        If a train cannot run as it is booked.
+    """
+    chosen = scenario if isinstance(scenario, Scenario) else load(scenario)
+    return run_tables(
+        study.run_once(
+            chosen,
+            named(chosen.controllers, controller),
+            chosen.seed if seed is None else seed,
+            chosen.step_s if step_s is None else step_s,
+        )
+    )
+
+
+def register_protection(
+    name: str,
+    build: Factory,
+    options: "type[DataclassInstance]",
+    summary: str,
+    *,
+    medium: Medium = Medium.TRACK,
+) -> None:
+    """
+    Offer a protection under a name for as long as the program runs.
+
+    Parameters
+    ----------
+    name
+        As in ``name+close_up``.
+    build
+        Called with the world and an object of ``options``.
+    options
+        A frozen dataclass whose fields are numbers, switches or tuples of numbers.
+    summary
+        What it does, in a line.
+    medium
+        How its permissions reach the trains.
+
+    Raises
+    ------
+    PluginError
+        If the name is taken.
+    """
+    registry.PROTECTIONS.register(name, Layer(build, options, summary, medium))
+
+
+def register_operation(
+    name: str, build: Factory, options: "type[DataclassInstance]", summary: str
+) -> None:
+    """
+    Offer an operation under a name for as long as the program runs.
+
+    Parameters
+    ----------
+    name
+        As in ``moving_block+name``.
+    build
+        Called with the world, an object of ``options``, and what the protection will permit.
+    options
+        A frozen dataclass whose fields are numbers, switches or tuples of numbers.
+    summary
+        What it does, in a line.
+
+    Raises
+    ------
+    PluginError
+        If the name is taken.
+    """
+    registry.OPERATIONS.register(name, Layer(build, options, summary))
