@@ -51,6 +51,7 @@ sphinx_gallery_conf = {
     "show_memory": False,
     "show_signature": False,
     "abort_on_example_error": True,
+    "reset_modules": ("matplotlib", "tools.tutorials.forget_layers"),
     "within_subsection_order": "FileNameSortKey",
 }
 

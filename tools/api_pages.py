@@ -67,7 +67,7 @@ def _titled(name: str) -> str:
 
 
 def _module(name: str, *, imported: bool = False) -> str:
-    more = "   :imported-members:\n" if imported else "   :ignore-module-all:\n"
+    more = "   :imported-members:\n   :no-index:\n" if imported else "   :ignore-module-all:\n"
     return f"```{{eval-rst}}\n.. automodule:: {name}\n   :members:\n{more}```\n"
 
 

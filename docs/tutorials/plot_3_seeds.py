@@ -11,6 +11,7 @@ themselves.
 """
 
 import tempfile
+from pathlib import Path
 
 import kankaku
 from kankaku.analysis.tables.compare import comparison
@@ -24,7 +25,7 @@ if __name__ == "__main__":
     study = kankaku.choose(
         "rush_hour", names=["close_up", "two_stage"], seed=1, seeds=3, step_s=0.5, jobs=2
     )
-    result = kankaku.run_study(study, tempfile.mkdtemp())
+    result = kankaku.run_study(study, Path(tempfile.mkdtemp()))
     print(
         result.summary[["controller", "seed", "interstation_stop_time_s", "mean_arrival_delay_s"]]
     )
