@@ -51,7 +51,8 @@ sphinx_gallery_conf = {
     "show_memory": False,
     "show_signature": False,
     "abort_on_example_error": True,
-    "reset_modules": ("matplotlib", "tools.tutorials.forget_layers"),
+    "reset_modules": ("tools.tutorials.forget_layers",),
+    "image_scrapers": ("tools.tutorials.show_figure",),
     "within_subsection_order": "FileNameSortKey",
 }
 
@@ -68,15 +69,20 @@ html_theme_options = {
     "footer_end": ["sphinx-version"],
 }
 
+TYPE = ":type: "
 REFERENCE = re.compile(r"^(\s*)\.\. \[\d+\] ")
 SOURCES = re.compile(r"\]\((?:\.\./)*scenarios/(\w+)/SOURCES\.md\)")
 
 
-def number_references(*arguments: Any) -> None:  # noqa: ANN401 - as Sphinx calls it
-    """Let every docstring count its references from 1, as a list."""
+def mend_docstring(*arguments: Any) -> None:  # noqa: ANN401 - as Sphinx calls it
+    """Let a docstring count its references from 1, and take no sentence for a type."""
     lines: list[str] = arguments[-1]
     for number, line in enumerate(lines):
         lines[number] = REFERENCE.sub(r"\1#. ", line).replace("]_", "]")
+        if line.startswith(TYPE):
+            # Napoleon takes what stands before a colon for the type of an attribute.
+            lines[0] = f"{line.removeprefix(TYPE)}: {lines[0]}"
+            lines[number] = ""
 
 
 def point_to_pages(_app: Sphinx, name: str, source: list[str]) -> None:
@@ -96,5 +102,5 @@ def look_up_own_names_only(_app: Sphinx, document: nodes.document) -> None:
 def setup(app: Sphinx) -> None:
     """Connect them; the first one after napoleon."""
     app.connect("doctree-read", look_up_own_names_only)
-    app.connect("autodoc-process-docstring", number_references, priority=900)
+    app.connect("autodoc-process-docstring", mend_docstring, priority=900)
     app.connect("source-read", point_to_pages)

@@ -87,7 +87,7 @@ if __name__ == "__main__":
 # Look
 # ----
 #
-# A train that stands between stations is a flat piece of its line.
+# A train that stands between stations is a flat piece of a line.
 
 if __name__ == "__main__":
     runs = [results.run(name) for name in results.controllers]
