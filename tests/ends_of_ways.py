@@ -6,7 +6,7 @@ from kankaku.railway.plan.dwell import DwellDelays
 from kankaku.railway.plan.line import Platform, Section, Track
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.timetable import Call, Service
-from tests.worlds import make_scenario, straight_line
+from kankaku.testing.example_lines import make_scenario, straight_line
 
 
 def short_turn_scenario(

@@ -16,7 +16,7 @@ from kankaku.railway.step.records import (
     Violation,
 )
 from kankaku.railway.step.state import NO_REASON, NOTHING, Reason
-from tests.worlds import make_scenario, straight_line, world_of
+from kankaku.testing.example_lines import make_scenario, straight_line, world_of
 
 READY_S = 25_200.0
 STOPS_M = {"west": 300.0, "mid": 1300.0, "east": 2800.0}

@@ -89,7 +89,7 @@ def test_an_unknown_option_of_a_controller_is_named_with_file_key_and_those_know
     replace(folder, "scenario.toml", "margin_m", "margn_m")
     told = refused(folder).complaints
     assert "scenario.toml: controllers.plain.protection_options.margn_m: " in told
-    assert "allowed: margin_m" in told
+    assert "allowed: 'margin_m' (did you mean that?) among margin_m" in told
 
 
 def test_a_controller_option_out_of_range_is_named_with_file_and_range(folder: Path) -> None:

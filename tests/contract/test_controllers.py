@@ -17,9 +17,10 @@ from kankaku.railway.plan.timetable import Timetable
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller, Operation, Protection, Separation
 from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
+from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
+from kankaku.testing.loop_station import loop_station_scenario
 from tests.ends_of_ways import short_turn_scenario
-from tests.property.runs import loop_station_scenario, run
-from tests.worlds import merge_scenario, two_station_scenario, world_of
+from tests.property.runs import run
 
 CBTC = {
     "margin_m": 0.0,

@@ -15,9 +15,9 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.engine_contract import Engine, Observation
 from kankaku.sumo_net.build import build
 from kankaku.sumo_net.engine import SumoEngine
+from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
+from kankaku.testing.toy_engine import ToyEngine
 from tests.ends_of_ways import joint_scenario, short_turn_scenario
-from tests.toy_engine import ToyEngine
-from tests.worlds import merge_scenario, two_station_scenario, world_of
 
 READY_S = 25_200.0
 CRUISE_MPS = 20.0

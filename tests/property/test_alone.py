@@ -12,9 +12,9 @@ from kankaku.railway.plan.line import Gradient, SpeedLimit
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.records import RunRecord
+from kankaku.testing.example_lines import blocks_every, commuter_train, world_of
 from tests.property.alone import run_time_alone_s
 from tests.property.runs import controller_of, random_gradients, run, solo_scenario
-from tests.worlds import blocks_every, commuter_train, world_of
 
 QUICK = settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 START_M, END_M = 300.0, 2600.0

@@ -20,7 +20,7 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.obstructions import unobstructed
 from kankaku.railway.step.state import NO_REASON, NOTHING, Advice, Events, LineState
-from tests.worlds import commuter_train, make_scenario, stations_at, world_of
+from kankaku.testing.example_lines import commuter_train, make_scenario, stations_at, world_of
 
 RUNNERS = 50
 CASES = 10_000

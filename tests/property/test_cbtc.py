@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import BoolArray
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.testing.example_lines import two_station_scenario, world_of
 from tests.property.dense_run import Radio
 from tests.property.runs import Observed, run
-from tests.worlds import two_station_scenario, world_of
 
 QUICK = settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 TRAINS = 4

@@ -11,9 +11,10 @@ from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, Points
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.radio_spec import LOSSLESS
 from kankaku.railway.plan.scenario import Scenario
-from tests.property.runs import READY_S, loop_station_scenario
+from kankaku.testing.example_lines import merge_scenario, two_station_scenario
+from kankaku.testing.loop_station import loop_station_scenario
+from tests.property.runs import READY_S
 from tests.unit.test_control_map import on_map
-from tests.worlds import merge_scenario, two_station_scenario
 
 DAYS = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 WORLDS: tuple[Callable[[], Scenario], ...] = (

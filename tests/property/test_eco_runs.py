@@ -17,9 +17,9 @@ from kankaku.railway.plan.line import Gradient, Line, SpeedLimit
 from kankaku.railway.plan.profile import build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.scenarios.loading.load import load
+from kankaku.testing.example_lines import commuter_train, straight_line
 from tests.property.dense_optimum import Optimum, dense_optimum
 from tests.property.dense_run import dense_run, restrictions
-from tests.worlds import commuter_train, straight_line
 
 MODEL = load(Path("scenarios/eco_driving"))
 LEGS_M = ((0.0, 2360.0), (2360.0, 4150.0))

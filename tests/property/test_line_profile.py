@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 from kankaku.railway.plan.line import Gradient, Line, SpeedLimit, TrackCurve
 from kankaku.railway.plan.profile import Profile, build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
+from kankaku.testing.example_lines import commuter_train, straight_line
 from tests.property.runs import GRAVITY, mean_slope, random_gradients, random_limits
-from tests.worlds import commuter_train, straight_line
 
 END_M = 4000.0
 LENGTH_M = 187.3

@@ -11,8 +11,8 @@ from kankaku.controllers.registry import OPERATIONS
 from kankaku.railway.plan.line import Gradient, SpeedLimit
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.timetable import Timetable
+from kankaku.testing.example_lines import commuter_train, merge_scenario, world_of
 from tests.property.runs import run
-from tests.worlds import commuter_train, merge_scenario, world_of
 
 QUICK = settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 SLOW_MPS = 17.0

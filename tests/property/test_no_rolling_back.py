@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from kankaku.controllers.registry import OPERATIONS, build
 from kankaku.railway.plan.line import Gradient
 from kankaku.railway.plan.scenario import ControllerSpec
+from kankaku.testing.example_lines import blocks_every, commuter_train, world_of
 from tests.property.runs import random_gradients, run, solo_scenario
-from tests.worlds import blocks_every, commuter_train, world_of
 
 FEW = settings(max_examples=3, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 END_M = 2000.0

@@ -19,8 +19,8 @@ from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.line import Gradient, SpeedLimit
 from kankaku.railway.plan.profile import at_each
 from kankaku.railway.plan.world import World
+from kankaku.testing.example_lines import commuter_train, world_of
 from tests.property.runs import GRAVITY, random_gradients, random_limits, solo_scenario
-from tests.worlds import commuter_train, world_of
 
 END_M = 4000.0
 LENGTH_M = 200.0

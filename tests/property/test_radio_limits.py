@@ -11,8 +11,9 @@ from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlock
 from kankaku.railway.plan.radio_spec import RadioSpec
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import Authority, LineState
-from tests.property.runs import controller_of, loop_station_scenario, run
-from tests.worlds import merge_scenario, two_station_scenario, world_of
+from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
+from kankaku.testing.loop_station import loop_station_scenario
+from tests.property.runs import controller_of, run
 
 LINES = {
     "one track": lambda: two_station_scenario(4, 70.0),

@@ -12,7 +12,7 @@ from kankaku.railway.plan.line import Block, Line, Platform, Section, Track, Tur
 from kankaku.railway.plan.timetable import Call, Service
 from kankaku.railway.plan.world import World
 from kankaku.railway.wayside.detection import Detection, Occupancy
-from tests.worlds import commuter_train, make_scenario, stations_at, world_of
+from kankaku.testing.example_lines import commuter_train, make_scenario, stations_at, world_of
 
 TRAINS = 5
 MANY = settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])

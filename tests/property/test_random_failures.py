@@ -13,10 +13,11 @@ from kankaku.railway.failures.random_failures import draw_failure
 from kankaku.railway.failures.unit_failures import FailureMode, UnitFailure, Variant
 from kankaku.railway.plan.radio_spec import LOSSLESS
 from kankaku.railway.plan.scenario import Scenario
-from tests.property.runs import READY_S, loop_station_scenario, run
+from kankaku.testing.example_lines import world_of
+from kankaku.testing.loop_station import loop_station_scenario
+from tests.property.runs import READY_S, run
 from tests.property.test_control_maps import days
 from tests.unit.test_unit_failures import SPEC, Listener, failing, two_trains
-from tests.worlds import world_of
 
 DAYS = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from kankaku.controllers.registry import OPERATIONS
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.records import RunRecord
-from tests.property.runs import Observed, loop_station_scenario, run
-from tests.worlds import merge_scenario
+from kankaku.testing.example_lines import merge_scenario
+from kankaku.testing.loop_station import loop_station_scenario
+from tests.property.runs import Observed, run
 
 QUICK = settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 LENGTH_M = 200.0

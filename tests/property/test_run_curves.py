@@ -13,6 +13,7 @@ from kankaku.railway.motion.run_curve import RunCurve, RunTimeError, fastest_run
 from kankaku.railway.motion.timed_run import timed_run
 from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.line import Line, TrackCurve
+from kankaku.testing.example_lines import commuter_train, straight_line
 from tests.property.dense_run import (
     GRAVITY,
     NO_RADIO,
@@ -27,7 +28,6 @@ from tests.property.dense_run import (
     slopes,
 )
 from tests.property.runs import random_gradients, random_limits
-from tests.worlds import commuter_train, straight_line
 
 END_M = 4000.0
 TRAIN = commuter_train()

@@ -13,8 +13,9 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Protection
 from kankaku.railway.step.state import Authority, LineState
 from kankaku.railway.wayside.detection import Detection
-from tests.property.runs import loop_station_scenario, run
-from tests.worlds import merge_scenario, two_station_scenario, world_of
+from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
+from kankaku.testing.loop_station import loop_station_scenario
+from tests.property.runs import run
 
 SCENARIOS: dict[str, Callable[[], Scenario]] = {
     "one track": lambda: two_station_scenario(4, 70.0, block_m=90.0),

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from kankaku.railway.plan.line import Gradient, SpeedLimit, TrackCurve
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.scenario import Scenario
+from kankaku.testing.example_lines import commuter_train
 from tests.property.runs import (
     GRAVITY,
     Observed,
@@ -20,7 +21,6 @@ from tests.property.runs import (
     solo_scenario,
 )
 from tests.unit.test_run_curve import GRADIENTS, LIMITS, TRAIN, Reference
-from tests.worlds import commuter_train
 
 QUICK = settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 START_M, STOP_M, END_M = 300.0, 2400.0, 3000.0

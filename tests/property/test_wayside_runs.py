@@ -13,8 +13,9 @@ from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, Obstac
 from kankaku.railway.plan.line import Crossing, Line, Turnout
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.records import RunRecord
-from tests.property.runs import READY_S, Observed, controller_of, loop_station_scenario, run
-from tests.worlds import world_of
+from kankaku.testing.example_lines import world_of
+from kankaku.testing.loop_station import loop_station_scenario
+from tests.property.runs import READY_S, Observed, controller_of, run
 
 LASTS_S = 700.0
 EXAMPLES = settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])

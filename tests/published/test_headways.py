@@ -15,7 +15,7 @@ from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.railway.plan.timetable import Call, Service, Timetable
 from kankaku.railway.plan.world import World, build_world
 from kankaku.railway.step.control import Foresight
-from tests.worlds import commuter_train, straight_line
+from kankaku.testing.example_lines import commuter_train, straight_line
 
 DWELL_S, LENGTH_M = 30.0, 200.0
 SPEED_MPS = 120.0 / 3.6

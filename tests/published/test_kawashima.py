@@ -14,7 +14,7 @@ from kankaku.railway.plan.line import Line, SpeedLimit
 from kankaku.railway.plan.profile import build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.scenarios.loading.load import load
-from tests.worlds import straight_line
+from kankaku.testing.example_lines import straight_line
 
 SUPPLEMENT = 0.0385
 PUBLISHED_SAVING = 0.196

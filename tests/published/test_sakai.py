@@ -18,8 +18,8 @@ from kankaku.railway.step.control import Operation
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Advice, Authority, LineState
 from kankaku.scenarios.loading.load import load
+from kankaku.testing.example_lines import world_of
 from tests.property.runs import Observed, run
-from tests.worlds import world_of
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
 CASES = (1, 2, 3)

@@ -9,8 +9,8 @@ from kankaku.railway.plan.rolling_stock import RunningResistance, Traction, Trai
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.timetable import Call, Service
 from kankaku.railway.step.records import RunRecord
+from kankaku.testing.example_lines import commuter_train, make_scenario, straight_line
 from tests.property.runs import READY_S, Observed, run
-from tests.worlds import commuter_train, make_scenario, straight_line
 
 A, B = 0.9, 1.0
 """Greatest acceleration, at every speed as in the paper, and service brake. [m/s2]"""

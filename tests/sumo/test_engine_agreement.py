@@ -14,8 +14,8 @@ from kankaku.railway.step.engine_contract import Engine
 from kankaku.railway.step.state import Advice, Authority, LineState
 from kankaku.sumo_net.build import build
 from kankaku.sumo_net.engine import EngineDisagreementError, SumoEngine
+from kankaku.testing.example_lines import two_station_scenario, world_of
 from tests.property.runs import controller_of
-from tests.worlds import two_station_scenario, world_of
 
 STEPS = 800
 

@@ -21,8 +21,8 @@ from kankaku.railway.step.state import Reason
 from kankaku.sumo_net.build import build_native, sumo_binary
 from kankaku.sumo_net.native import NativeEngine, PeerError
 from kankaku.sumo_net.native_xml import STANDING_GAP_M
+from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
 from tests.ends_of_ways import joint_scenario, short_turn_scenario
-from tests.worlds import merge_scenario, two_station_scenario, world_of
 
 READY_S = 25_200.0
 LENGTH_M = 200.0

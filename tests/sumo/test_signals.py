@@ -28,7 +28,7 @@ from kankaku.sumo_net import engine as engine_module
 from kankaku.sumo_net.build import IGNORE_SIGNALS, SumoFiles, build
 from kankaku.sumo_net.engine import SumoEngine, disarm
 from kankaku.sumo_net.signals import block_of_lane, shown_network
-from tests.worlds import (
+from kankaku.testing.example_lines import (
     blocks_every,
     make_scenario,
     merge_scenario,

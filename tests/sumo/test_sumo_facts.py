@@ -13,7 +13,7 @@ import pytest
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.sumo_net.build import SumoFiles, build
 from kankaku.sumo_net.engine import disarm
-from tests.worlds import two_station_scenario, world_of
+from kankaku.testing.example_lines import two_station_scenario, world_of
 
 READY_S = 25_200.0
 STEP_S = 0.5

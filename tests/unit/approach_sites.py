@@ -11,7 +11,7 @@ from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.line import Gradient, Line, SpeedLimit
 from kankaku.railway.plan.profile import build_profile
 from kankaku.railway.plan.rolling_stock import RunningResistance, Traction, TrainType
-from tests.worlds import commuter_train, straight_line
+from kankaku.testing.example_lines import commuter_train, straight_line
 
 GRAVITY = 9.80665
 GATE_M, STOP_M, END_M = 1790.0, 2000.0, 3000.0

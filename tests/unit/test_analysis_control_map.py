@@ -18,9 +18,9 @@ from kankaku.analysis.tables.run_tables import RunTables, run_tables, write_run
 from kankaku.railway.plan.disruptions import Cause
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.obstructions import Obstruction
+from kankaku.testing.example_lines import make_scenario
 from tests.records import READY_S, Stand, make_record, punctual, run_times_s, three_station_world
 from tests.unit.test_control_map_scenario import SCENARIO, TURNOUT, failed, run
-from tests.worlds import make_scenario
 
 STAND: Stand = (2, READY_S + 330.0, 25.0, 950.0, 1)
 PLACE_M = 1000.0

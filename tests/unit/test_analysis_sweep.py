@@ -27,8 +27,8 @@ from kankaku.analysis.texts.sweep_texts import sweep_texts
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.scenario import Published, Scenario, Sweep
 from kankaku.railway.step.records import Unfinished, Violation
+from kankaku.testing.example_lines import make_scenario
 from tests.records import READY_S, make_record, punctual, run_times_s, three_station_world
-from tests.worlds import make_scenario
 
 SWEEP = Sweep("T1", "mid", (0.0, 10.0, 20.0))
 PUBLISHED = Published("A table, 2020", {"shortest_interval_s": 51.1, "headway_margin_s": 5.0})

@@ -21,6 +21,12 @@ from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.records import RAW_TABLES, Column, Unfinished, Violation
 from kankaku.railway.step.state import Reason
+from kankaku.testing.example_lines import (
+    make_scenario,
+    merge_scenario,
+    two_station_scenario,
+    world_of,
+)
 from tests.records import (
     READY_S,
     Stand,
@@ -29,7 +35,6 @@ from tests.records import (
     run_times_s,
     three_station_world,
 )
-from tests.worlds import make_scenario, merge_scenario, two_station_scenario, world_of
 
 STAND: Stand = (1, READY_S + 200.0, 30.0, 900.0, 1)
 

@@ -11,6 +11,7 @@ from kankaku.controllers.operation.approach_plan import (
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.motion.run_curve import fastest_run
 from kankaku.railway.plan.line import Gradient, Line
+from kankaku.testing.example_lines import commuter_train
 from tests.property.dense_run import dense_run
 from tests.unit.approach_sites import (
     END_M,
@@ -26,7 +27,6 @@ from tests.unit.approach_sites import (
     point_of,
     site_of,
 )
-from tests.worlds import commuter_train
 
 
 @pytest.mark.parametrize(("speeding_mps2", "braking_mps2"), [(0.9, 1.0), (0.7, 1.2), (1.1, 0.8)])

@@ -19,8 +19,9 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller, Drive, Operation
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
-from tests.property.runs import Observed, loop_station_scenario, run
-from tests.worlds import commuter_train, two_station_scenario, world_of
+from kankaku.testing.example_lines import commuter_train, two_station_scenario, world_of
+from kankaku.testing.loop_station import loop_station_scenario
+from tests.property.runs import Observed, run
 
 STEP_S = 0.1
 RADIO: Mapping[str, Option] = {

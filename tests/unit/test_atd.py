@@ -12,8 +12,8 @@ from kankaku.controllers.protection.atd import Atd, AtdOptions
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import NO_REASON, Advice
+from kankaku.testing.example_lines import two_station_scenario, world_of
 from tests.states import behind
-from tests.worlds import two_station_scenario, world_of
 
 STEP_S = 0.1
 SERVICE_MPS2, EMERGENCY_MPS2 = 1.0, 1.3

@@ -17,8 +17,8 @@ from kankaku.railway.safety.band_exclusion import (
     overlaps_m,
     ways_of,
 )
-from tests.property.runs import loop_station_scenario
-from tests.worlds import world_of
+from kankaku.testing.example_lines import world_of
+from kankaku.testing.loop_station import loop_station_scenario
 
 LENGTH_M = 3000.0
 MOMENTS = 3

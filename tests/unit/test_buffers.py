@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.profile import NO_BUFFERS
+from kankaku.testing.example_lines import straight_line
 from tests.property.dense_run import Radio
-from tests.worlds import straight_line
 
 RATIO, DELAY_S, RESOLUTION_M = 0.001, 0.5, 2.0
 """Of the paper: 0.1 %, 0.5 s and 2 m."""

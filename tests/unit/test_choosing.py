@@ -29,8 +29,14 @@ def test_a_controller_of_the_scenario_goes_by_its_name_and_any_other_by_its_laye
             "closeup",
             "'closeup' is not a controller of this scenario; allowed: plain, plain.b, peer",
         ),
-        ("atc+eco", "'atc+eco': 'atc' is not a known protection; allowed: moving_block, "),
-        ("atd+echo", "'atd+echo': 'echo' is not a known operation; allowed: close_up, "),
+        (
+            "atc+eco",
+            "'atc' is not a known protection; allowed: 'atd' (did you mean that?) among ",
+        ),
+        (
+            "atd+echo",
+            "'echo' is not a known operation; allowed: 'eco' (did you mean that?) among ",
+        ),
         ("atd+eco+eco", "'eco+eco' is not a known operation"),
         ("+", "'' is not a known protection"),
     ],

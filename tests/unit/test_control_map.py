@@ -16,8 +16,9 @@ from kankaku.railway.plan.radio_spec import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.plan.scenario import ControllerSpec, Option, Scenario
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Authority, LineState, Reason
-from tests.property.runs import READY_S, Observed, loop_station_scenario, run
-from tests.worlds import two_station_scenario, world_of
+from kankaku.testing.example_lines import two_station_scenario, world_of
+from kankaku.testing.loop_station import loop_station_scenario
+from tests.property.runs import READY_S, Observed, run
 
 
 def on_map(

@@ -14,7 +14,7 @@ from kankaku.railway.plan.world import build_world
 from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.records import RunRecord
 from kankaku.scenarios.loading.load import load
-from tests.toy_engine import ToyEngine
+from kankaku.testing.toy_engine import ToyEngine
 
 SCENARIO = load(Path(__file__).parents[2] / "scenarios" / "control_map")
 CONTROLLERS = tuple(spec.name for spec in SCENARIO.controllers)

@@ -9,7 +9,12 @@ from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.line import Block, Line
 from kankaku.railway.plan.world import World
 from kankaku.railway.wayside.detection import Detection, Occupancy
-from tests.worlds import blocks_every, merge_scenario, two_station_scenario, world_of
+from kankaku.testing.example_lines import (
+    blocks_every,
+    merge_scenario,
+    two_station_scenario,
+    world_of,
+)
 
 LENGTH_M = 200.0
 FAR_M = 10_000.0

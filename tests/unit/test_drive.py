@@ -15,7 +15,7 @@ from kankaku.railway.step.state import (
     LineState,
     RadioPermission,
 )
-from tests.worlds import two_station_scenario, world_of
+from kankaku.testing.example_lines import two_station_scenario, world_of
 
 STEP_S = 0.5
 SERVICE, EMERGENCY = 1.0, 1.3

@@ -17,8 +17,8 @@ from kankaku.railway.plan.line import Gradient, SpeedLimit
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Reason
+from kankaku.testing.example_lines import commuter_train, two_station_scenario
 from tests.property.runs import run, solo_scenario
-from tests.worlds import commuter_train, two_station_scenario
 
 LIMITS = [SpeedLimit(900.0, 1200.0, 15.0)]
 GRADIENTS = [Gradient(400.0, 900.0, 0.006), Gradient(1300.0, 1900.0, -0.008)]

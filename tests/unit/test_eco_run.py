@@ -22,7 +22,7 @@ from kankaku.railway.motion.way import Way, way_on
 from kankaku.railway.plan.line import Gradient, SpeedLimit
 from kankaku.railway.plan.profile import build_profile
 from kankaku.railway.plan.rolling_stock import RunningResistance, Traction, TrainType
-from tests.worlds import commuter_train, straight_line
+from kankaku.testing.example_lines import commuter_train, straight_line
 
 STOP_M = 1500.0
 LEVEL = straight_line({"west": 300.0}, 6000.0)

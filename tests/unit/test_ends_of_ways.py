@@ -16,9 +16,10 @@ from kankaku.railway.safety.band_exclusion import layers_of
 from kankaku.railway.step.state import Events
 from kankaku.railway.wayside.detection import Detection
 from kankaku.railway.wayside.signalling import Wayside
+from kankaku.testing.example_lines import world_of
+from kankaku.testing.loop_station import loop_station_scenario
 from tests.ends_of_ways import joint_scenario, short_turn_scenario
-from tests.property.runs import controller_of, loop_station_scenario, run
-from tests.worlds import world_of
+from tests.property.runs import controller_of, run
 
 CROSSING = Crossing("road", 1800.0, 1808.0, 1300.0, 20.0)
 ZONE = Closure("zone", Cause.FAILURE, ("main",), 1800.0, 1900.0, 0.0, np.inf, np.inf)

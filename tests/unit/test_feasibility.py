@@ -12,11 +12,11 @@ from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from kankaku.studies import study
+from kankaku.testing.example_lines import commuter_train, two_station_scenario
 from tests.cli.command import PROJECT, kankaku, refused
 from tests.ends_of_ways import short_turn_scenario
 from tests.unit import scenario_folder
 from tests.unit.scenario_folder import write_scenario
-from tests.worlds import commuter_train, two_station_scenario
 
 GRAVITY = 9.80665
 MASS_KG = 400_000.0

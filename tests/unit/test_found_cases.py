@@ -12,10 +12,11 @@ from kankaku.railway.plan.radio_spec import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.timetable import Call, Service
 from kankaku.railway.step.records import RunRecord
-from tests.property.runs import READY_S, Observed, controller_of, loop_station_scenario, run
+from kankaku.testing.example_lines import commuter_train, two_station_scenario, world_of
+from kankaku.testing.loop_station import loop_station_scenario
+from tests.property.runs import READY_S, Observed, controller_of, run
 from tests.unit.test_control_map import on_map
 from tests.unit.test_over_radio import Written
-from tests.worlds import commuter_train, two_station_scenario, world_of
 
 CONTROLS = ("moving_block", "moving_block by radio", "control_map")
 

@@ -31,7 +31,7 @@ from kankaku.railway.plan.timetable import Call, Service, Timetable
 from kankaku.railway.plan.world import World, build_world
 from kankaku.railway.step.control import Foresight
 from kankaku.scenarios.loading.load import load
-from tests.worlds import commuter_train, straight_line
+from kankaku.testing.example_lines import commuter_train, straight_line
 
 RUSH_HOUR = Path(__file__).parents[2] / "scenarios" / "rush_hour"
 LENGTH_M, MARGIN_M, DWELL_S = 200.0, 25.0, 40.0

@@ -6,9 +6,10 @@ import pytest
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.world import World
 from kankaku.railway.wayside.leaders import Leaders
+from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
+from kankaku.testing.loop_station import loop_station_scenario
 from tests.ends_of_ways import short_turn_scenario
-from tests.property.runs import loop_station_scenario, run
-from tests.worlds import merge_scenario, two_station_scenario, world_of
+from tests.property.runs import run
 
 LENGTH_M = 200.0
 

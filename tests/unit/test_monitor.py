@@ -16,8 +16,8 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Command, Controller, Drive, Protection, Separation
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Advice, Authority, LineState
+from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
 from tests.property.runs import Observed, controller_of, run
-from tests.worlds import merge_scenario, two_station_scenario, world_of
 
 LENGTH_M = 200.0
 STOP_M = 1300.0

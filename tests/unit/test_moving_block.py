@@ -15,10 +15,10 @@ from kankaku.railway.plan.line import SpeedLimit
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import NO_REASON, Advice, LineState
+from kankaku.testing.example_lines import two_station_scenario, world_of
 from tests.property.dense_run import Radio
 from tests.property.runs import random_limits
 from tests.states import behind
-from tests.worlds import two_station_scenario, world_of
 
 LENGTH_M, BRAKE_MPS2, STEP_S = 200.0, 1.0, 0.5
 START_M, END_M = 1090.0, 1310.0

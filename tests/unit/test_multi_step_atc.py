@@ -14,9 +14,9 @@ from kankaku.controllers.registry import ControllerError, build
 from kankaku.railway.plan.line import Gradient, SpeedLimit
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.railway.plan.world import World
-from tests.property.runs import loop_station_scenario
+from kankaku.testing.example_lines import blocks_every, two_station_scenario, world_of
+from kankaku.testing.loop_station import loop_station_scenario
 from tests.states import behind
-from tests.worlds import blocks_every, two_station_scenario, world_of
 
 STEP_S = 0.5
 BRAKE_MPS2 = 1.0

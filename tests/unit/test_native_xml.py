@@ -11,7 +11,7 @@ import pytest
 from kankaku.railway.plan.line import Block, Line, SpeedLimit
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.sumo_net import edge_cuts, names, native_xml, plain_xml, routes_xml
-from tests.worlds import commuter_train, merge_scenario, two_station_scenario
+from kankaku.testing.example_lines import commuter_train, merge_scenario, two_station_scenario
 
 READY_S = 25_200.0
 FOULING_M, POINTS_M = 340.0, 400.0

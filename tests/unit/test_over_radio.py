@@ -15,9 +15,9 @@ from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.radio.data_link import Radio
 from kankaku.railway.step.state import Authority, LineState, Reason
+from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
 from tests.property.runs import READY_S, controller_of, run
 from tests.states import behind
-from tests.worlds import merge_scenario, two_station_scenario, world_of
 
 EMERGENCY_MPS2 = 1.3
 

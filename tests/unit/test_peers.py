@@ -10,8 +10,8 @@ from kankaku.controllers.registry import PEERS, ControllerError, build, options_
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError
+from kankaku.testing.example_lines import merge_scenario, world_of
 from tests.unit.scenario_folder import replace, write_scenario
-from tests.worlds import merge_scenario, world_of
 
 LAYERS = 'protection = "moving_block"\noperation = "close_up"\n'
 OPTIONS = "\n[controllers.plain.protection_options]\nmargin_m = 10.0\n"

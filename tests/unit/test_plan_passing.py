@@ -12,6 +12,7 @@ from kankaku.controllers.operation.approach_plan import ApproachPoint, Site, pla
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.motion.run_curve import RunCurve, fastest_run
 from kankaku.railway.plan.rolling_stock import TrainType
+from kankaku.testing.example_lines import commuter_train
 from tests.property.dense_run import dense_run
 from tests.unit.approach_sites import (
     EXACT_S,
@@ -24,7 +25,6 @@ from tests.unit.approach_sites import (
     point_of,
     site_of,
 )
-from tests.worlds import commuter_train
 
 DELAYS_S = (0.0, 0.5)
 

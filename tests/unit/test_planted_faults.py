@@ -18,9 +18,9 @@ from kankaku.railway.plan.radio_spec import LOSSLESS, Outage, RadioSpec
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Authority, LineState
+from kankaku.testing.example_lines import world_of
 from tests.property.runs import READY_S, run
 from tests.unit.test_unit_failures import SPEC, failing, two_trains
-from tests.worlds import world_of
 
 
 def kinds(record: RunRecord) -> set[str]:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from kankaku.controllers.operation.pre_deceleration import Approach, Slowing, slow_down
 from kankaku.railway.motion.run_up import RunUp
 from kankaku.railway.plan.rolling_stock import RunningResistance, Traction
-from tests.worlds import commuter_train
+from kankaku.testing.example_lines import commuter_train
 
 A, B = 0.9, 1.0
 FIRST_STAGE = A * B / (A + B)

@@ -16,8 +16,8 @@ from kankaku.railway.step.control import Command, Controller, Drive, Protection
 from kankaku.railway.step.promises import Promises
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Advice, Authority, LineState
+from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
 from tests.property.runs import READY_S, run
-from tests.worlds import merge_scenario, two_station_scenario, world_of
 
 
 @dataclass

@@ -14,8 +14,8 @@ from kankaku.railway.plan.radio_spec import Outage, RadioSpec
 from kankaku.railway.plan.world import World
 from kankaku.railway.radio.data_link import Radio
 from kankaku.railway.step.state import RadioState
+from kankaku.testing.example_lines import two_station_scenario, world_of
 from tests.property.runs import READY_S
-from tests.worlds import two_station_scenario, world_of
 
 START_S = READY_S + 1000.0
 """All trains stand ready by then."""

@@ -19,8 +19,9 @@ from kankaku.railway.step.control import Controller
 from kankaku.railway.step.reasons import ReasonError
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
-from tests.property.runs import READY_S, loop_station_scenario, run
-from tests.worlds import merge_scenario, two_station_scenario, world_of
+from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
+from kankaku.testing.loop_station import loop_station_scenario
+from tests.property.runs import READY_S, run
 
 CBTC: Mapping[str, Option] = {
     "margin_m": 0.0,

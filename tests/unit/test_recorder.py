@@ -9,8 +9,8 @@ from kankaku.railway.loop.recorder import DWELLING, Recorder
 from kankaku.railway.loop.tracker import Tracker
 from kankaku.railway.step.state import Reason
 from kankaku.railway.step.step_block import BLOCK_STEPS, StepBlock
+from kankaku.testing.example_lines import two_station_scenario, world_of
 from tests.property.runs import controller_of, run
-from tests.worlds import two_station_scenario, world_of
 
 
 class Keeper:

@@ -6,8 +6,8 @@ import pytest
 from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
 from kankaku.railway.arrays import GRAVITY_MPS2
 from kankaku.railway.plan.line import Gradient
+from kankaku.testing.example_lines import two_station_scenario, world_of
 from tests.states import behind
-from tests.worlds import two_station_scenario, world_of
 
 LEADER_M, LENGTH_M, MARGIN_M = 1000.0, 200.0, 25.0
 ASSUMED_KMHPS = 5.4

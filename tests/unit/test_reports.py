@@ -9,8 +9,8 @@ from kankaku.controllers.centre.reports import emergency, no_reports, radio_of, 
 from kankaku.railway.plan.radio_spec import RadioSpec
 from kankaku.railway.radio.data_link import Radio
 from kankaku.railway.step.state import LineState
+from kankaku.testing.example_lines import two_station_scenario, world_of
 from tests.states import behind
-from tests.worlds import two_station_scenario, world_of
 
 WORLD = world_of(two_station_scenario(2))
 START_S = 26_000.0

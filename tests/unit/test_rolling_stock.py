@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kankaku.railway.plan.rolling_stock import Traction, handbook_resistance
-from tests.worlds import commuter_train
+from kankaku.testing.example_lines import commuter_train
 
 KGF_N = 9.80665
 

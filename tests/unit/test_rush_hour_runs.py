@@ -13,7 +13,7 @@ from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import build_world
 from kankaku.railway.step.records import RunRecord
 from kankaku.scenarios.loading.load import load
-from tests.toy_engine import ToyEngine
+from kankaku.testing.toy_engine import ToyEngine
 
 FOLDER = Path(__file__).parents[2] / "scenarios" / "rush_hour"
 STEP_S = 0.5

@@ -9,8 +9,8 @@ from kankaku.railway.arrays import FloatArray
 from kankaku.railway.meters.standstill import StandstillWatch
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.step_block import StepBlock
+from kankaku.testing.example_lines import two_station_scenario, world_of
 from tests.property.runs import run
-from tests.worlds import two_station_scenario, world_of
 
 STEP_S = 0.5
 

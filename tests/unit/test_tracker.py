@@ -6,9 +6,9 @@ import pytest
 from kankaku.railway.loop.tracker import Tracker
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.engine_contract import Observation
+from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
 from tests.ends_of_ways import short_turn_scenario
 from tests.property.runs import run
-from tests.worlds import merge_scenario, two_station_scenario, world_of
 
 READY_S = 25_200.0
 

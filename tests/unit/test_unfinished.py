@@ -14,9 +14,9 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.obstructions import WaysideState
 from kankaku.railway.step.records import Unfinished
 from kankaku.railway.step.state import NOTHING, Authority, LineState
+from kankaku.testing.example_lines import commuter_train, two_station_scenario, world_of
 from tests.property.runs import run
 from tests.states import behind
-from tests.worlds import commuter_train, two_station_scenario, world_of
 
 CLOSURE = Closure("zone", Cause.FAILURE, ("main",), 900.0, 950.0, 0.0, np.inf, np.inf)
 

@@ -26,8 +26,9 @@ from kankaku.railway.plan.radio_spec import LOSSLESS
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Authority, LineState, Reason
-from tests.property.runs import READY_S, Observed, loop_station_scenario, run
-from tests.worlds import two_station_scenario, world_of
+from kankaku.testing.example_lines import two_station_scenario, world_of
+from kankaku.testing.loop_station import loop_station_scenario
+from tests.property.runs import READY_S, Observed, run
 
 SPEC = ControllerSpec("test", "control_map", "control_map", {"early_s": 1000.0}, {})
 BALISES_M = (500.0, 900.0, 1280.0)

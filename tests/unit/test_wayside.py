@@ -21,9 +21,10 @@ from kankaku.railway.randomness import stream
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Events
 from kankaku.railway.wayside.signalling import RESERVE_M, RESERVE_S, Wayside
-from tests.property.runs import READY_S, Observed, loop_station_scenario, run
+from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
+from kankaku.testing.loop_station import loop_station_scenario
+from tests.property.runs import READY_S, Observed, run
 from tests.states import behind
-from tests.worlds import merge_scenario, two_station_scenario, world_of
 
 LENGTH_M = 200.0
 STEP_S = 0.5

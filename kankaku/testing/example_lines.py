@@ -1,4 +1,4 @@
-"""Small example lines that many tests share; numbers are round, not any real line's."""
+"""Small example lines for checks and tests; numbers are round, not any real line's."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -224,7 +224,7 @@ def straight_line(
     )
 
 
-def two_station_scenario(
+def two_station_scenario(  # noqa: PLR0913 - one argument per figure of the line
     trains: int = 1,
     headway_s: float = 120.0,
     *,

@@ -13,10 +13,7 @@ HALTING_SPEED_MPS = 0.1
 
 
 class ToyEngine:
-    """
-    Moves trains exactly as commanded; implements
-    :class:`kankaku.railway.step.engine_contract.Engine`.
-    """
+    """Moves trains exactly as commanded; an ``Engine`` of the contract."""
 
     def __init__(self, world: World, dwell_delay_s: FloatArray, step_s: float) -> None:
         self._world = world
@@ -42,6 +39,7 @@ class ToyEngine:
         return None
 
     def observe(self) -> Observation:
+        """Return where trains are, and what happened."""
         now_s = self._begin_s + self._steps * self._step_s
         left = tuple(row for row in sorted(self._running) if self._past_end(row))
         self._take_off(left)
@@ -67,9 +65,11 @@ class ToyEngine:
         return Observation(now_s, front_m, speed_mps, entered, stopped, released, left, ())
 
     def apply(self, speed_mps: FloatArray) -> None:
+        """Take the speeds at the end of the next step. [m/s], shape (n_trains,)"""
         self._command_mps = speed_mps.copy()
 
     def advance(self) -> None:
+        """Move the trains by a step."""
         rows = np.array(sorted(self._running), dtype=np.intp)
         before_mps, after_mps = self._speed_mps[rows], self._command_mps[rows]
         self._front_m[rows] += 0.5 * (before_mps + after_mps) * self._step_s

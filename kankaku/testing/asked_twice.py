@@ -1,0 +1,188 @@
+"""Stands between the loop and a controller: asks everything twice, and looks at the answers."""
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kankaku.railway.step.control import Controller, Operation, Protection
+from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
+
+
+class Said(NamedTuple):
+    """What a controller made of one state."""
+
+    state: LineState
+    authority: Authority
+    advice: Advice
+
+
+class AskedTwice:
+    """A protection and an operation in one, which notes what is wrong with what they answer."""
+
+    def __init__(self, controller: Controller, places: int) -> None:
+        self._protection: Protection[Any] = controller.protection
+        self._operation: Operation[Any] = controller.operation
+        self._places = places
+        self.reasons = self._operation.reasons
+        self.said: list[Said] = []
+        self.problems: dict[str, str] = {}
+        """The first thing that is wrong, by the name of the check."""
+
+    def initial(self) -> tuple[Any, Any]:
+        """Return both memories."""
+        return self._protection.initial(), self._operation.initial()
+
+    def authorise(self, state: LineState, memory: Any) -> tuple[Authority, Any]:  # noqa: ANN401
+        """Return what the protection answers."""
+        answer = self._twice(
+            "authorise", state, lambda: self._protection.authorise(state, memory[0])
+        )
+        self._look_at("authority is complete", state, authority_problems(answer[0], state))
+        return answer[0], (answer[1], memory[1])
+
+    def advise(
+        self,
+        state: LineState,
+        authority: Authority,
+        memory: Any,  # noqa: ANN401
+    ) -> tuple[Advice, Any]:
+        """Return what the operation answers."""
+        answer = self._twice(
+            "advise", state, lambda: self._operation.advise(state, authority, memory[1])
+        )
+        advice = answer[0]
+        self._look_at("advice is complete", state, advice_problems(advice, state))
+        declared = {NO_REASON, *range(len(self.reasons))}
+        self._look_at("reasons are declared", state, _undeclared(advice, declared))
+        causes = self._causes(authority, advice, len(state.present))
+        self._look_at("causes are trains or places", state, causes)
+        self.said.append(Said(state, authority, advice))
+        return advice, (memory[0], answer[1])
+
+    def _twice(self, what: str, state: LineState, ask: Callable[[], Any]) -> Any:  # noqa: ANN401
+        before = frozen(state)
+        first, second = ask(), ask()
+        if not same(before, state):
+            self.note("state is left alone", f"{what} writes into the state", state)
+        if not same(first, second):
+            self.note("same question, same answer", f"{what} answers differently", state)
+        return first
+
+    def _causes(self, authority: Authority, advice: Advice, trains: int) -> Iterator[str]:
+        # Codes of places beside the track, nothing, rows of trains.
+        known = range(-1 - self._places, trains)
+        named = {"eoa_by": authority.eoa_by, "ceiling_by": authority.ceiling_by}
+        if advice.cause is not None:
+            named["cause"] = advice.cause
+        for name, values in named.items():
+            if isinstance(values, np.ndarray) and not set(values.tolist()) <= set(known):
+                yield f"{name} is neither a train nor a place beside the track nor nothing"
+
+    def _look_at(self, check: str, state: LineState, problems: Iterator[str]) -> None:
+        for problem in problems:
+            self.note(check, problem, state)
+
+    def note(self, check: str, problem: str, state: LineState) -> None:
+        """Keep what is wrong, the first of each kind."""
+        minutes, seconds = divmod(state.time_s, 60.0)
+        at = f"{int(minutes) // 60:02d}:{int(minutes) % 60:02d}:{seconds:04.1f}"
+        self.problems.setdefault(check, f"{problem}, at {at}")
+
+
+def authority_problems(authority: object, state: LineState) -> Iterator[str]:
+    """
+    Yield what is wrong with the form of an authority.
+
+    Parameters
+    ----------
+    authority
+        Any answer of a protection.
+    state
+        What it answers to.
+
+    Yields
+    ------
+    str
+        A sentence.
+    """
+    if not isinstance(authority, Authority):
+        yield f"authorise returns a {type(authority).__name__}, no Authority"
+        return
+    numbers = {name: getattr(authority, name) for name in ("eoa_m", "ceiling_mps", "delay_s")}
+    rows = {name: getattr(authority, name) for name in ("eoa_by", "ceiling_by")}
+    yield from _malformed(numbers, "f", state)
+    yield from _malformed(rows, "iu", state)
+    if not all(_is_array(values, "f", state) for values in numbers.values()):
+        return
+    for name, values in numbers.items():
+        if np.isnan(values).any():
+            yield f"{name} is not a number for a train"
+    if (numbers["ceiling_mps"][state.present] < 0.0).any():
+        yield "ceiling_mps is negative for a train on the line"
+
+
+def advice_problems(advice: object, state: LineState) -> Iterator[str]:
+    """
+    Yield what is wrong with the form of an advice.
+
+    Parameters
+    ----------
+    advice
+        Any answer of an operation.
+    state
+        What it answers to.
+
+    Yields
+    ------
+    str
+        A sentence.
+    """
+    if not isinstance(advice, Advice):
+        yield f"advise returns a {type(advice).__name__}, no Advice"
+        return
+    yield from _malformed({"ceiling_mps": advice.ceiling_mps}, "f", state)
+    yield from _malformed({"reason": advice.reason}, "iu", state)
+    if _is_array(advice.ceiling_mps, "f", state):
+        ceiling = advice.ceiling_mps
+        if not np.isfinite(ceiling).all() or (ceiling < 0.0).any():
+            yield "ceiling_mps is negative or not finite"
+
+
+def _undeclared(advice: Advice, declared: set[int]) -> Iterator[str]:
+    if isinstance(advice, Advice) and isinstance(advice.reason, np.ndarray):
+        others = set(advice.reason.tolist()) - declared
+        if others:
+            yield f"reason {min(others)} is not one of the {len(declared) - 1} in reasons"
+
+
+def _malformed(fields: dict[str, Any], kinds: str, state: LineState) -> Iterator[str]:
+    wanted = "numbers" if kinds == "f" else "rows of trains or places"
+    for name, values in fields.items():
+        if not _is_array(values, kinds, state):
+            yield f"{name} is no array of {wanted}, one for each train"
+
+
+def _is_array(values: Any, kinds: str, state: LineState) -> bool:  # noqa: ANN401
+    fits = isinstance(values, np.ndarray) and values.shape == state.front_m.shape
+    return bool(fits and values.dtype.kind in kinds)
+
+
+def frozen(value: Any) -> Any:  # noqa: ANN401 - whatever a state is made of
+    """Return a copy that nobody else can write to."""
+    if isinstance(value, np.ndarray):
+        return value.copy()
+    if isinstance(value, tuple):
+        parts = [frozen(part) for part in value]
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    return value
+
+
+def same(one: Any, other: Any) -> bool:  # noqa: ANN401 - whatever a memory is made of
+    """Return whether two answers, states or memories hold the same."""
+    if isinstance(one, tuple):
+        return isinstance(other, tuple) and len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, np.ndarray):
+        alike = isinstance(other, np.ndarray) and one.shape == other.shape
+        return alike and np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+    return bool(one == other)

@@ -1,0 +1,364 @@
+"""The contract of protections and operations: what is checked, and of whom."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from kankaku.controllers import registry
+from kankaku.controllers.choosing import PLUS
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.errors import sentence_of
+from kankaku.railway.loop.simulate import simulate
+from kankaku.railway.plan.radio_spec import LOSSLESS
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Controller, Separation
+from kankaku.railway.step.records import RunRecord
+from kankaku.testing.asked_twice import AskedTwice, Said
+from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
+from kankaku.testing.loop_station import loop_station_scenario
+from kankaku.testing.toy_engine import ToyEngine
+
+Candidate: TypeAlias = Callable[[World], Controller]
+"""Builds the controller that is checked for a world."""
+OVERSTAYS_S = (70.0, 40.0)
+"""By how much the first trains overstay at their second call. [s]"""
+CLOSE_M = 1e-9
+LINES: Mapping[str, Callable[[], Scenario]] = {
+    "one track": lambda: two_station_scenario(4, 70.0, block_m=250.0),
+    "merge": lambda: merge_scenario(4, 60.0, block_m=200.0),
+    "loop station": lambda: loop_station_scenario(4, 70.0, one_starts_inside=True, block_m=250.0),
+}
+"""Where controllers are tried."""
+
+
+class Finding(NamedTuple):
+    """What came of a check."""
+
+    check: str
+    problem: str = ""
+    """Empty if the check is passed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A run of a candidate on one of the lines."""
+
+    scenario: Scenario
+    world: World
+    controller: Controller
+    asked: AskedTwice
+    record: RunRecord | None
+    error: str = ""
+
+
+def overstays(scenario: Scenario, *seconds: float) -> FloatArray:
+    """
+    Return dwell delays of the first trains at their second call.
+
+    Parameters
+    ----------
+    scenario
+        What is run.
+    seconds
+        A delay for each of them. [s]
+
+    Returns
+    -------
+    FloatArray
+        Zero elsewhere. [s], shape (n_trains, n_calls_max)
+    """
+    services = scenario.timetable.services
+    delay_s = np.zeros((len(services), max(len(service.calls) for service in services)))
+    delay_s[: len(seconds), 1] = seconds
+    return delay_s
+
+
+def trial_of(scenario: Scenario, candidate: Candidate, delay_s: FloatArray) -> Trial:
+    """
+    Run a candidate that is asked everything twice.
+
+    Parameters
+    ----------
+    scenario
+        What to run.
+    candidate
+        Who is checked.
+    delay_s
+        Dwell delays. [s], shape (n_trains, n_calls_max)
+
+    Returns
+    -------
+    Trial
+        With what went wrong, where it could not be run to its end.
+    """
+    world = world_of(scenario)
+    controller = candidate(world)
+    asked = AskedTwice(controller, len(scenario.line.turnouts))
+    record, error = None, ""
+    try:
+        record = _run(scenario, replace(controller, protection=asked, operation=asked), delay_s)
+    except Exception as failed:  # noqa: BLE001 - whatever a stranger's controller does
+        error = sentence_of(failed)
+    return Trial(scenario, world, controller, asked, record, error)
+
+
+def _run(scenario: Scenario, controller: Controller, delay_s: FloatArray) -> RunRecord:
+    return simulate(
+        world_of(scenario),
+        ToyEngine(world_of(scenario), delay_s, scenario.step_s),
+        controller,
+        delay_s,
+        seed=scenario.seed,
+        patience_s=scenario.patience_s,
+        radio=LOSSLESS,
+    )
+
+
+def _noted(check: str) -> Callable[[Trial], str]:
+    return lambda trial: trial.asked.problems.get(check, "")
+
+
+def runs_through(trial: Trial) -> str:
+    """Return why a run did not come to its end with every train where it was to go."""
+    if trial.record is None or trial.record.failure:
+        return trial.error or (trial.record.failure if trial.record else "")
+    if not trial.record.completed.all():
+        return f"{int((~trial.record.completed).sum())} trains never arrive"
+    return ""
+
+
+def is_safe(trial: Trial) -> str:
+    """Return which rule of safety a run broke."""
+    if trial.record is not None and trial.record.violations:
+        return str(trial.record.violations[0].message)
+    for said in trial.asked.said:
+        beyond = _beyond_the_train_ahead(trial, said)
+        if beyond:
+            return beyond
+    return ""
+
+
+def _beyond_the_train_ahead(trial: Trial, said: Said) -> str:
+    """Any train further on, on a track of the route, bounds the authority by its rear."""
+    line, services = trial.scenario.line, trial.scenario.timetable.services
+    state, eoa_m = said.state, said.authority.eoa_m
+    if not isinstance(eoa_m, np.ndarray) or eoa_m.shape != state.front_m.shape:
+        return ""
+    kinds = [trial.scenario.train_types[service.train_type] for service in services]
+    emergency_mps2 = np.array([kind.emergency_brake_mps2 for kind in kinds])
+    braking_m = 0.5 * np.square(state.speed_mps) / emergency_mps2
+    counts = trial.controller.separation is Separation.BRAKING
+    rear_m = state.tail_m + (braking_m if counts else 0.0)
+    present = np.flatnonzero(state.present).tolist()
+    for row, other in product(present, present):
+        if state.front_m[other] <= state.front_m[row]:
+            continue
+        for track in set(services[row].route) & set(services[other].route):
+            place = line.track_by_id[track]
+            if place.start_m < state.front_m[other] and state.tail_m[other] < place.end_m:
+                # Who stands further on already stays there.
+                most_m = max(rear_m[other], place.start_m, state.front_m[row])
+                if eoa_m[row] > most_m + CLOSE_M:
+                    over_m = eoa_m[row] - most_m
+                    ahead = services[other].train
+                    return f"{services[row].train} may go {over_m:.1f} m beyond the rear of {ahead}"
+    return ""
+
+
+def keeps_its_word(trial: Trial) -> str:
+    """Return where a protection permits something else than it says beforehand."""
+    foresight: Any = trial.controller.protection
+    # By the time that detection takes, an authority may count on an older place of the leader.
+    old = round(foresight.release_delay_s / trial.world.step_s) + 1
+    for step, said in enumerate(trial.asked.said):
+        if (said.authority.delay_s != foresight.delay_s).any():
+            return "delay_s of an authority is not the one that is told beforehand"
+        before = trial.asked.said[max(step - old, 0)].state
+        for row in _unhindered_rows(trial.world, said):
+            problem = _other_than_foreseen(foresight, said, before, row, trial.world.far_m)
+            if problem:
+                return f"{problem} ({trial.scenario.timetable.trains[row]})"
+    return ""
+
+
+def _unhindered_rows(world: World, said: Said) -> Sequence[int]:
+    """Return the trains that run behind a leader and have not come to its platform."""
+    state = said.state
+    platform_m = world.platform_m[0, np.arange(world.size), state.next_call]
+    outside = state.running & state.follows & (state.front_m < platform_m)
+    rows: list[int] = np.flatnonzero(outside).tolist()
+    return rows
+
+
+def _other_than_foreseen(
+    foresight: Any,  # noqa: ANN401 - whatever is checked
+    said: Said,
+    before: Any,  # noqa: ANN401
+    row: int,
+    far_m: float,
+) -> str:
+    state, authority = said.state, said.authority
+    leader, call = int(state.leader[row]), int(state.next_call[row])
+    latest, oldest = (
+        foresight.eoa_behind_m(row, call, leader, seen.front_m[[leader]], seen.speed_mps[[leader]])[
+            0
+        ]
+        for seen in (state, before)
+    )
+    # Who stands further on already stays there.
+    if authority.eoa_m[row] > max(latest, state.front_m[row]) + CLOSE_M:
+        return "it permits more than eoa_behind_m says"
+    granted = min(state.granted_to_m[row], before.granted_to_m[row]) >= far_m
+    if granted and before.leader[row] == leader and state.present[leader]:
+        # Nothing but this leader is in the way, nor was then.
+        permitted_m = max(authority.eoa_m[row], state.front_m[row])
+        # A centre that plans a train's run permits no more than it has planned.
+        planned = authority.link is not None and np.isfinite(authority.link.commanded_mps[row])
+        if not planned and min(oldest, latest) - 1e-6 > permitted_m:
+            return "it permits less than eoa_behind_m says"
+    return ""
+
+
+CHECKS: Mapping[str, Callable[[Trial], str]] = {
+    "runs to the end": runs_through,
+    "same question, same answer": _noted("same question, same answer"),
+    "state is left alone": _noted("state is left alone"),
+    "authority is complete": _noted("authority is complete"),
+    "advice is complete": _noted("advice is complete"),
+    "reasons are declared": _noted("reasons are declared"),
+    "causes are trains or places": _noted("causes are trains or places"),
+    "trains are safe": is_safe,
+    "says beforehand what it permits": keeps_its_word,
+}
+"""What is looked at in every run."""
+FUTURE = "the future is not read"
+
+
+def check_candidate(candidate: Candidate) -> list[Finding]:
+    """
+    Check whoever builds a controller.
+
+    Parameters
+    ----------
+    candidate
+        Builds it for a world.
+
+    Returns
+    -------
+    list[Finding]
+        One for each check.
+    """
+    trials = {}
+    for name, make in LINES.items():
+        scenario = make()
+        trials[name] = trial_of(scenario, candidate, overstays(scenario, *OVERSTAYS_S))
+    findings = [_finding(check, look, trials) for check, look in CHECKS.items()]
+    future = ""
+    if trials["one track"].record is not None:
+        future = reads_the_future(candidate)
+    return [*findings, Finding(FUTURE, future)]
+
+
+def _finding(check: str, look: Callable[[Trial], str], trials: Mapping[str, Trial]) -> Finding:
+    for name, trial in trials.items():
+        try:
+            problem = look(trial)
+        except Exception as error:  # noqa: BLE001 - whatever a stranger's controller answers
+            problem = sentence_of(error)
+        if problem:
+            return Finding(check, f"{problem} (line {name!r})")
+    return Finding(check)
+
+
+def reads_the_future(candidate: Candidate) -> str:
+    """
+    Return whether trains run differently before it can be known that a train overstays.
+
+    Parameters
+    ----------
+    candidate
+        Who is checked.
+
+    Returns
+    -------
+    str
+        Empty if they do not.
+    """
+    scenario = LINES["one track"]()
+    seen = [
+        trial_of(scenario, candidate, overstays(scenario, overstay_s))
+        for overstay_s in (20.0, 150.0)
+    ]
+    first = seen[0].record
+    if first is None or seen[1].record is None:
+        return seen[0].error or seen[1].error
+    until_s = float(first.arrival_s[0, 1]) + seen[0].world.minimum_dwell_s[0, 1] + 20.0
+    for one, other in zip(seen[0].asked.said, seen[1].asked.said, strict=False):
+        if one.state.time_s > until_s:
+            break
+        if not np.array_equal(one.state.front_m, other.state.front_m):
+            return "trains run differently before the first one overstays"
+    return ""
+
+
+def check_controller(name: str) -> list[Finding]:
+    """
+    Check a protection, an operation, or a pair of them, with the defaults of their options.
+
+    Parameters
+    ----------
+    name
+        A protection (checked under ``close_up``), an operation (over ``moving_block``), or
+        ``protection+operation``; those of other packages, too.
+
+    Returns
+    -------
+    list[Finding]
+        One for each check.
+
+    Raises
+    ------
+    ControllerError
+        If there is none of that name.
+    PluginError
+        If it is another package's, and cannot be imported.
+    """
+    spec = _spec_of(name)
+    world = world_of(LINES["one track"]())
+    # Now, so that a name or option that is wrong is told as that.
+    registry.build(spec, world)
+    return check_candidate(lambda world: registry.build(spec, world))
+
+
+def _spec_of(name: str) -> ControllerSpec:
+    protection, plus, operation = name.partition(PLUS)
+    if not plus and name in registry.PROTECTIONS:
+        operation = "close_up"
+    elif not plus:
+        protection, operation = "moving_block", name
+    if not plus and operation not in registry.OPERATIONS:
+        everything = [*registry.PROTECTIONS, *registry.OPERATIONS]
+        told = registry.likely(name, everything)
+        raise registry.ControllerError(name, "is neither a protection nor an operation", told)
+    return ControllerSpec(f"{protection}{PLUS}{operation}", protection, operation, {}, {})
+
+
+def failures(findings: Sequence[Finding]) -> list[str]:
+    """
+    Return what was found to be wrong.
+
+    Parameters
+    ----------
+    findings
+        Of all checks.
+
+    Returns
+    -------
+    list[str]
+        A sentence for each check that is not passed.
+    """
+    return [f"{found.check}: {found.problem}" for found in findings if found.problem]
