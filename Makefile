@@ -5,7 +5,7 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds steps limits reserve losses fuzz kills mutants readme clean
+.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds steps limits reserve losses fuzz kills mutants results docs clean
 
 # A target makes its results anew: after an edit of the program earlier runs are refused.
 rush-hour: $(READY)
@@ -39,7 +39,7 @@ takaoka: $(READY)
 test: $(READY)
 	$(BIN)/python -m pytest -n auto
 
-check: lint types contracts test rush-hour
+check: lint types contracts test docs rush-hour
 
 format: $(READY)
 	$(BIN)/ruff check --fix .
@@ -91,9 +91,13 @@ kills: $(READY)
 mutants: $(READY)
 	$(BIN)/python -m tools.mutants
 
-# Writes the result tables of README.md from out/.
-readme: $(READY)
-	$(BIN)/python -m tools.readme
+# Writes the result tables and figures of the documentation from out/.
+results: $(READY)
+	$(BIN)/python -m tools.results
+
+# The documentation as HTML, tutorials run; writes out/docs/. A warning is an error.
+docs: $(READY)
+	$(BIN)/sphinx-build --builder html --fail-on-warning --keep-going --quiet --jobs auto docs out/docs
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv

@@ -1,1 +1,1 @@
-"""Programs for maintainers: benchmark, step study, limits study, README tables."""
+"""Programs for maintainers: benchmark, step study, limits study, tables of the documentation."""

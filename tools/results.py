@@ -1,5 +1,5 @@
 """
-Write the result tables of the documentation from ``out/``: ``make readme``.
+Write the result tables of the documentation from ``out/``: ``make results``.
 
 Reads what the make targets ``rush-hour``, ``capacity``, ``radio``, ``availability``, ``sakai``,
 ``takaoka``, ``seeds``, ``limits``, ``reserve``, ``losses``, ``steps`` and ``bench`` left, and
@@ -9,7 +9,7 @@ replaces the text between ``<!-- name -->`` and ``<!-- end -->``.
 import json
 import re
 import shutil
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +25,7 @@ from kankaku.analysis.tables.sweep import SWEEP_INDICATORS
 from kankaku.analysis.texts.comparison_texts import comparison_texts
 from kankaku.analysis.words import label_of
 from tools.bench import CONTROLLERS, TRAINS
+from tools.paper_tables import markdown, sato_table, sugiyama_table, takaoka_table
 
 PROJECT = Path(__file__).parents[1]
 OUT = PROJECT / "out"
@@ -37,13 +38,22 @@ SHOWN = (
     "secondary_delay_s",
     "energy_net_kwh",
 )
+PRINTED = (
+    "interstation_stop_time_s",
+    "interstation_stops",
+    "mean_arrival_delay_s",
+    "energy_net_kwh",
+)
+"""Indicators in README.md."""
+SHORT = ("close_up", "two_stage", "control_map", "atc")
+"""Controllers in README.md."""
 PLAIN = ("close_up", "two_stage", "two_stage_plain", "approach_point")
 MAPPED = ("close_up", "two_stage", "control_map")
 EXCLUSIVE = ("close_up_exclusive", "approach_point_exclusive")
 PROTECTED = ("close_up", "atc", "atd", "sumo_native_fixed", "sumo_native_moving")
 ECO = ("energy_gross_kwh", "energy_net_kwh", "scheduled_speed_kmh")
 DRAWN = ("close_up", "two_stage", "atc", "atd")
-"""Controllers in the figure of README.md."""
+"""Controllers in the first figure."""
 CAPACITY_ROWS = {
     "headway_s": "headway of the line, simulated [s]",
     "blocking_time_headway_s": "by blocking times [s]",
@@ -64,7 +74,7 @@ FIGURES = {
     "losses/losses": "losses",
     "control_map/control_map/control_map": "control_map",
 }
-"""Figures of README.md, by their places in ``out/``."""
+"""Figures of the documentation, by their places in ``out/``."""
 
 
 def comparison_table(
@@ -90,7 +100,7 @@ def comparison_table(
     summary = read_results(folder, trajectories=False).summary
     if controllers:
         summary = summary[summary["controller"].isin(controllers)]
-    return _markdown(*comparison_texts(comparison(summary, indicators)))
+    return markdown(*comparison_texts(comparison(summary, indicators)))
 
 
 def limits_table() -> str:
@@ -114,7 +124,7 @@ def limits_table() -> str:
             ]
         )
     header = ["longest dwell delay", "`close_up`", "`two_stage`", "change", "mean delay"]
-    return _markdown(header, rows)
+    return markdown(header, rows)
 
 
 def reserve_table() -> str:
@@ -131,7 +141,7 @@ def reserve_table() -> str:
         for row in table.to_dict("records")
     ]
     header = ["controller", "stop time", "mean delay", "delay at the last station", "energy, net"]
-    return _markdown(header, rows)
+    return markdown(header, rows)
 
 
 def faults_table() -> str:
@@ -162,7 +172,7 @@ def faults_table() -> str:
         "delay caused",
         "unsafe events",
     ]
-    return _markdown(header, rows)
+    return markdown(header, rows)
 
 
 def losses_table() -> str:
@@ -189,7 +199,7 @@ def losses_table() -> str:
         *(f"mean delay, `{name}`" for name in names),
         *(f"emergency brakings, `{name}`" for name in names),
     ]
-    return _markdown(header, rows)
+    return markdown(header, rows)
 
 
 def steps_table() -> str:
@@ -200,7 +210,7 @@ def steps_table() -> str:
         [f"{row['step_s']:g} s", row["controller"], *(f"{row[name]:+.2f}" for name in names)]
         for row in table.to_dict("records")
     ]
-    return _markdown(["step", "controller", *names], rows)
+    return markdown(["step", "controller", *names], rows)
 
 
 def bench_table() -> str:
@@ -226,7 +236,7 @@ def bench_table() -> str:
         "planning, median and 99 %",
         "where it goes",
     ]
-    return _markdown(header, rows)
+    return markdown(header, rows)
 
 
 def _planning(times_ms: Mapping[str, float]) -> str:
@@ -246,7 +256,7 @@ def sakai_table() -> str:
         rows.append([f"case {case}", *("-" if np.isnan(it) else f"{it:.1f}" for it in pairs)])
     labels = [label for label, _ in SWEEP_INDICATORS.values()]
     header = [text for label in labels for text in (f"{label} [s]", "published")]
-    return _markdown(["", *header], rows)
+    return markdown(["", *header], rows)
 
 
 def headways_table() -> str:
@@ -262,7 +272,7 @@ def headways_table() -> str:
         [place, f"{dwell_s:.0f}", *(f"{value:.1f}" for value in row)]
         for (place, dwell_s), row in zip(wide.index, wide.to_numpy(), strict=True)
     ]
-    return _markdown(["station", "dwell [s]", *(f"`{name}`" for name in wide)], rows)
+    return markdown(["station", "dwell [s]", *(f"`{name}`" for name in wide)], rows)
 
 
 def capacity_table() -> str:
@@ -272,7 +282,7 @@ def capacity_table() -> str:
         [label, *(f"{value:,.0f}" if value >= 1000.0 else f"{value:.1f}" for value in table[name])]
         for name, label in CAPACITY_ROWS.items()
     ]
-    return _markdown(["", *(f"`{name}`" for name in table.index)], rows)
+    return markdown(["", *(f"`{name}`" for name in table.index)], rows)
 
 
 def radio_table() -> str:
@@ -291,7 +301,7 @@ def radio_table() -> str:
     rows = [
         [RADIO_LABELS[name], *(_radio_cell(name, it[name]) for it in columns)] for name in names
     ]
-    return _markdown(header, rows)
+    return markdown(header, rows)
 
 
 def _radio_cell(name: str, value: float) -> str:
@@ -321,7 +331,7 @@ def availability_table() -> str:
     ):
         cells = [years.loc[(name, system)] for system in table.index]
         rows.append([label, *(f"{it['mean']:.3f} ± {it['half_width']:.3f}" for it in cells)])
-    return _markdown(["", *(label_of(name) for name in table.index)], rows)
+    return markdown(["", *(label_of(name) for name in table.index)], rows)
 
 
 def radio_speed() -> str:
@@ -343,43 +353,48 @@ def draw_rush_hour() -> None:
     write_figure(figure, OUT / "time_distance")
 
 
-def _markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    rule = ["---", *("---:" for _ in header[1:])]
-    return "\n".join("| " + " | ".join(row) + " |" for row in (header, rule, *rows))
-
-
 def _replace(file: Path, name: str, make: Callable[[], str]) -> None:
     text = file.read_text(encoding="utf-8")
     pattern = rf"(<!-- {name} -->\n).*?(<!-- end -->)"
-    changed = re.sub(
+    changed, places = re.subn(
         pattern, lambda found: f"{found[1]}{make()}\n{found[2]}", text, flags=re.DOTALL
     )
+    if places != 1:
+        msg = f"{file}: <!-- {name} --> stands there {places} times; allowed: once"
+        raise ValueError(msg)
     file.write_text(changed, encoding="utf-8")
 
 
 def main() -> None:
     """Replace the tables and the figures."""
-    readme, model = PROJECT / "README.md", PROJECT / "docs" / "model.md"
-    _replace(readme, "own-seed", lambda: comparison_table(OUT / "rush_hour", PLAIN))
+    results, model = PROJECT / "docs" / "results.md", PROJECT / "docs" / "model.md"
+    readme = PROJECT / "README.md"
+    _replace(readme, "printed", lambda: comparison_table(OUT / "rush_hour", SHORT, PRINTED))
+    _replace(results, "own-seed", lambda: comparison_table(OUT / "rush_hour", PLAIN))
     seeds = OUT / "seeds" / "rush_hour"
-    _replace(readme, "seeds", lambda: comparison_table(seeds, PLAIN))
-    _replace(readme, "exclusive", lambda: comparison_table(seeds, EXCLUSIVE))
-    _replace(readme, "protections", lambda: comparison_table(seeds, PROTECTED))
-    _replace(readme, "headways", headways_table)
-    _replace(readme, "capacity", capacity_table)
-    _replace(readme, "radio", radio_table)
-    _replace(readme, "availability", availability_table)
-    _replace(readme, "radio-speed", radio_speed)
-    _replace(readme, "eco", lambda: comparison_table(OUT / "eco_driving", (), ECO))
-    _replace(readme, "limits", limits_table)
-    _replace(readme, "own-seed-map", lambda: comparison_table(OUT / "rush_hour", MAPPED))
-    _replace(readme, "seeds-map", lambda: comparison_table(seeds, MAPPED))
-    _replace(readme, "reserve", reserve_table)
-    _replace(readme, "losses", losses_table)
-    _replace(readme, "faults", faults_table)
-    _replace(readme, "sakai", sakai_table)
-    _replace(readme, "bench", bench_table)
+    _replace(results, "seeds", lambda: comparison_table(seeds, PLAIN))
+    _replace(results, "exclusive", lambda: comparison_table(seeds, EXCLUSIVE))
+    _replace(results, "protections", lambda: comparison_table(seeds, PROTECTED))
+    _replace(results, "headways", headways_table)
+    _replace(results, "capacity", capacity_table)
+    _replace(results, "radio", radio_table)
+    _replace(results, "availability", availability_table)
+    _replace(results, "radio-speed", radio_speed)
+    _replace(results, "eco", lambda: comparison_table(OUT / "eco_driving", (), ECO))
+    _replace(results, "limits", limits_table)
+    _replace(results, "own-seed-map", lambda: comparison_table(OUT / "rush_hour", MAPPED))
+    _replace(results, "seeds-map", lambda: comparison_table(seeds, MAPPED))
+    _replace(results, "reserve", reserve_table)
+    _replace(results, "losses", losses_table)
+    _replace(results, "faults", faults_table)
+    _replace(results, "sakai", sakai_table)
+    _replace(results, "bench", bench_table)
     _replace(model, "steps", steps_table)
+    papers = PROJECT / "docs" / "papers.md"
+    _replace(papers, "sakai", sakai_table)
+    _replace(papers, "sato", sato_table)
+    _replace(papers, "sugiyama", sugiyama_table)
+    _replace(papers, "takaoka", takaoka_table)
     draw_rush_hour()
     for place, figure in FIGURES.items():
         shutil.copyfile(OUT / f"{place}.png", PROJECT / "docs" / f"{figure}.png")
