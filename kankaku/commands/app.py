@@ -20,7 +20,7 @@ from kankaku.asking import (
     YEARS,
     Check,
 )
-from kankaku.commands.options import (
+from kankaku.commands.shared_options import (
     OUT,
     PROCESSORS,
     Fresh,

@@ -17,7 +17,7 @@ from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller, Separation
 from kankaku.railway.step.records import RunRecord
-from kankaku.testing.asked_twice import AskedTwice, Said
+from kankaku.testing.asked_twice import Answered, AskedTwice
 from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
 from kankaku.testing.loop_station import loop_station_scenario
 from kankaku.testing.toy_engine import ToyEngine
@@ -142,7 +142,7 @@ def is_safe(trial: Trial) -> str:
     return ""
 
 
-def _beyond_the_train_ahead(trial: Trial, said: Said) -> str:
+def _beyond_the_train_ahead(trial: Trial, said: Answered) -> str:
     """Any train further on, on a track of the route, bounds the authority by its rear."""
     line, services = trial.scenario.line, trial.scenario.timetable.services
     state, eoa_m = said.state, said.authority.eoa_m
@@ -185,7 +185,7 @@ def keeps_its_word(trial: Trial) -> str:
     return ""
 
 
-def _unhindered_rows(world: World, said: Said) -> Sequence[int]:
+def _unhindered_rows(world: World, said: Answered) -> Sequence[int]:
     """Return the trains that run behind a leader and have not come to its platform."""
     state = said.state
     platform_m = world.platform_m[0, np.arange(world.size), state.next_call]
@@ -196,7 +196,7 @@ def _unhindered_rows(world: World, said: Said) -> Sequence[int]:
 
 def _other_than_foreseen(
     foresight: Any,  # noqa: ANN401 - whatever is checked
-    said: Said,
+    said: Answered,
     before: Any,  # noqa: ANN401
     row: int,
     far_m: float,
