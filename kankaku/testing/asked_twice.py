@@ -1,12 +1,19 @@
 """Stands between the loop and a controller: asks everything twice, and looks at the answers."""
 
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from kankaku.railway.errors import sentence_of
 from kankaku.railway.step.control import Controller, Operation, Protection
 from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
+from kankaku.testing.alike import frozen, same
+
+KEPT_EVERY = 97
+"""Questions are kept so often, to be asked once more of a controller that has heard no other."""
+
+Answer = TypeVar("Answer", Authority, Advice)
 
 
 class Answered(NamedTuple):
@@ -15,6 +22,20 @@ class Answered(NamedTuple):
     state: LineState
     authority: Authority
     advice: Advice
+
+
+class Kept(NamedTuple):
+    """A question as it was asked, and what was answered."""
+
+    what: str
+    question: tuple[Any, ...]
+    answer: Any
+
+    def asked_of(self, controller: Controller) -> Any:  # noqa: ANN401 - whatever is answered
+        """Return what another controller answers."""
+        if self.what == "authorise":
+            return controller.protection.authorise(*self.question)
+        return controller.operation.advise(*self.question)
 
 
 class AskedTwice:
@@ -26,6 +47,7 @@ class AskedTwice:
         self._places = places
         self.reasons = self._operation.reasons
         self.said: list[Answered] = []
+        self.kept: list[Kept] = []
         self.problems: dict[str, str] = {}
         """The first thing that is wrong, by the name of the check."""
 
@@ -35,9 +57,7 @@ class AskedTwice:
 
     def authorise(self, state: LineState, memory: Any) -> tuple[Authority, Any]:  # noqa: ANN401
         """Return what the protection answers."""
-        answer = self._twice(
-            "authorise", state, lambda: self._protection.authorise(state, memory[0])
-        )
+        answer = self._twice("authorise", self._protection.authorise, (state, memory[0]))
         self._look_at("authority is complete", state, authority_problems(answer[0], state))
         return answer[0], (answer[1], memory[1])
 
@@ -48,9 +68,7 @@ class AskedTwice:
         memory: Any,  # noqa: ANN401
     ) -> tuple[Advice, Any]:
         """Return what the operation answers."""
-        answer = self._twice(
-            "advise", state, lambda: self._operation.advise(state, authority, memory[1])
-        )
+        answer = self._twice("advise", self._operation.advise, (state, authority, memory[1]))
         advice = answer[0]
         self._look_at("advice is complete", state, advice_problems(advice, state))
         declared = {NO_REASON, *range(len(self.reasons))}
@@ -60,14 +78,44 @@ class AskedTwice:
         self.said.append(Answered(state, authority, advice))
         return advice, (memory[0], answer[1])
 
-    def _twice(self, what: str, state: LineState, ask: Callable[[], Any]) -> Any:  # noqa: ANN401
-        before = frozen(state)
-        first, second = ask(), ask()
-        if not same(before, state):
-            self.note("state is left alone", f"{what} writes into the state", state)
-        if not same(first, second):
+    def _twice(
+        self,
+        what: str,
+        ask: Callable[..., tuple[Answer, Any]],
+        question: tuple[Any, ...],
+    ) -> tuple[Answer, Any]:
+        before, state = frozen(question), question[0]
+        first = ask(*question)
+        # A memory that is written to is the same object in both answers.
+        answer = frozen(first)
+        second = ask(*question)
+        names = ("state", "authority", "memory") if what == "advise" else ("state", "memory")
+        for name, was, now in zip(names, before, question, strict=True):
+            if not same(was, now):
+                self.note(f"{name} is left alone", f"{what} writes into the {name}", state)
+        if not same(answer, second):
             self.note("same question, same answer", f"{what} answers differently", state)
+        if len(self.said) % KEPT_EVERY == 0:
+            self.kept.append(Kept(what, before, answer))
         return first
+
+    def ask_again(self, fresh: Controller) -> None:
+        """
+        Ask another controller some of the questions once more, the last ones first.
+
+        Parameters
+        ----------
+        fresh
+            Made alike, and never asked before.
+        """
+        for kept in reversed(self.kept):
+            try:
+                alike = same(kept.answer, kept.asked_of(fresh))
+                problem = "" if alike else "depends on what was asked before"
+            except Exception as error:  # noqa: BLE001 - whatever a stranger's controller does
+                problem = f"of one that was asked nothing before: {sentence_of(error)}"
+            if problem:
+                self.note("memory is what it returns", f"{kept.what} {problem}", kept.question[0])
 
     def _causes(self, authority: Authority, advice: Advice, trains: int) -> Iterator[str]:
         # Codes of places beside the track, nothing, rows of trains.
@@ -166,23 +214,3 @@ def _malformed(fields: dict[str, Any], kinds: str, state: LineState) -> Iterator
 def _is_array(values: Any, kinds: str, state: LineState) -> bool:  # noqa: ANN401
     fits = isinstance(values, np.ndarray) and values.shape == state.front_m.shape
     return bool(fits and values.dtype.kind in kinds)
-
-
-def frozen(value: Any) -> Any:  # noqa: ANN401 - whatever a state is made of
-    """Return a copy that nobody else can write to."""
-    if isinstance(value, np.ndarray):
-        return value.copy()
-    if isinstance(value, tuple):
-        parts = [frozen(part) for part in value]
-        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
-    return value
-
-
-def same(one: Any, other: Any) -> bool:  # noqa: ANN401 - whatever a memory is made of
-    """Return whether two answers, states or memories hold the same."""
-    if isinstance(one, tuple):
-        return isinstance(other, tuple) and len(one) == len(other) and all(map(same, one, other))
-    if isinstance(one, np.ndarray):
-        alike = isinstance(other, np.ndarray) and one.shape == other.shape
-        return alike and np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
-    return bool(one == other)

@@ -101,6 +101,7 @@ def trial_of(scenario: Scenario, candidate: Candidate, delay_s: FloatArray) -> T
     record, error = None, ""
     try:
         record = _run(scenario, replace(controller, protection=asked, operation=asked), delay_s)
+        asked.ask_again(candidate(world))
     except Exception as failed:  # noqa: BLE001 - whatever a stranger's controller does
         error = sentence_of(failed)
     return Trial(scenario, world, controller, asked, record, error)
@@ -227,6 +228,9 @@ CHECKS: Mapping[str, Callable[[Trial], str]] = {
     "runs to the end": runs_through,
     "same question, same answer": _noted("same question, same answer"),
     "state is left alone": _noted("state is left alone"),
+    "authority is left alone": _noted("authority is left alone"),
+    "memory is left alone": _noted("memory is left alone"),
+    "memory is what it returns": _noted("memory is what it returns"),
     "authority is complete": _noted("authority is complete"),
     "advice is complete": _noted("advice is complete"),
     "reasons are declared": _noted("reasons are declared"),

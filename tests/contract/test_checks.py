@@ -1,7 +1,7 @@
 """The contract tells what is wrong with controllers that break it, each for its own reason."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -9,13 +9,14 @@ import pytest
 
 from kankaku.controllers.operation.close_up import CloseUp, CloseUpOptions
 from kankaku.controllers.protection.moving_block import Ahead, MovingBlock
-from kankaku.controllers.registry import build
+from kankaku.controllers.registry import OPERATIONS, Layer, build
+from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller
 from kankaku.railway.step.state import Advice, Authority, LineState
-from kankaku.testing import check_candidate, check_controller
-from tests.cli.command import BAD_INPUT, kankaku
+from kankaku.testing import CHECKS, check_candidate, check_controller, failures
+from tests.cli.command import BAD_INPUT, FAILED, kankaku
 
 SPEC = ControllerSpec("bad", "moving_block", "close_up", {}, {})
 
@@ -63,6 +64,57 @@ class Moody(CloseUp):
         return advice._replace(ceiling_mps=advice.ceiling_mps - 0.001 * (self.asked % 2)), memory
 
 
+class Secretive(CloseUp):
+    """Answers alike when it is asked twice, yet goes by what it was asked before."""
+
+    asked_s = 0.0
+    times = 0
+
+    def advise(self, state: LineState, authority: Authority, memory: None) -> tuple[Advice, None]:
+        advice, memory = super().advise(state, authority, memory)
+        if state.time_s != self.asked_s:
+            self.asked_s, self.times = state.time_s, self.times + 1
+        return advice._replace(ceiling_mps=advice.ceiling_mps - 1e-5 * self.times), memory
+
+
+class Generous(CloseUp):
+    """Moves the end of authority that it is given."""
+
+    def advise(self, state: LineState, authority: Authority, memory: None) -> tuple[Advice, None]:
+        authority.eoa_m[0] += 1.0
+        return super().advise(state, authority, memory)
+
+
+@dataclass(frozen=True)
+class Diary:
+    """What a train was told, by its row."""
+
+    told_mps: FloatArray
+    notes: dict[str, list[float]]
+
+
+class Diarist(CloseUp):
+    """Keeps a memory and hands the next one on, as it should."""
+
+    def initial(self) -> Any:  # noqa: ANN401
+        return Diary(np.full(1, np.nan), {"asked_s": []})
+
+    def advise(self, state: LineState, authority: Authority, memory: Any) -> tuple[Advice, Any]:  # noqa: ANN401
+        advice, _ = super().advise(state, authority, None)
+        return advice, self.noted(memory, state.time_s)
+
+    def noted(self, memory: Diary, time_s: float) -> Diary:
+        return Diary(memory.told_mps, {"asked_s": [*memory.notes["asked_s"][-1:], time_s]})
+
+
+class Overwriting(Diarist):
+    """Writes into the memory that it is given."""
+
+    def noted(self, memory: Diary, time_s: float) -> Diary:
+        memory.notes["asked_s"].append(time_s)
+        return memory
+
+
 def under(protection: type[MovingBlock]) -> Callable[[World], Controller]:
     def make(world: World) -> Controller:
         honest = build(SPEC, world)
@@ -90,6 +142,9 @@ def over(operation: type[CloseUp]) -> Callable[[World], Controller]:
         (over(Scribbling), "state is left alone", "advise writes into the state"),
         (over(Wordless), "reasons are declared", "reason 0 is not one of the 0 in reasons"),
         (over(Moody), "same question, same answer", "advise answers differently"),
+        (over(Secretive), "memory is what it returns", "advise depends on what was asked before"),
+        (over(Generous), "authority is left alone", "advise writes into the authority"),
+        (over(Overwriting), "memory is left alone", "advise writes into the memory"),
     ],
 )
 def test_a_bad_controller_is_told_what_is_wrong_with_it(
@@ -100,11 +155,25 @@ def test_a_bad_controller_is_told_what_is_wrong_with_it(
     assert problems[check].endswith("(line 'one track')")
 
 
+def test_a_memory_may_be_made_of_anything_that_holds_numbers() -> None:
+    assert not failures(check_candidate(over(Diarist)))
+
+
 def test_a_good_controller_is_told_that_it_is() -> None:
     assert not any(found.problem for found in check_controller("moving_block+close_up"))
     screen = kankaku("check-controller", "close_up")
     assert screen.status == 0
     assert "It keeps the contract." in screen.answers
+
+
+def test_the_command_fails_for_a_bad_controller_and_tells_why(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(OPERATIONS.data, "wordless", Layer(Wordless, CloseUpOptions, "is silent"))
+    screen = kankaku("check-controller", "moving_block+wordless")
+    assert screen.status == FAILED
+    assert "reason 0 is not one of the 0 in reasons" in screen.answers
+    assert f"of {len(CHECKS) + 1} checks failed" in screen.answers
 
 
 def test_a_name_that_is_no_controller_is_answered_with_the_likeliest() -> None:
