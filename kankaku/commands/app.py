@@ -20,7 +20,7 @@ from kankaku.asking import (
     YEARS,
     Check,
 )
-from kankaku.commands.options import (
+from kankaku.commands.shared_options import (
     OUT,
     PROCESSORS,
     Fresh,
@@ -226,3 +226,20 @@ def availability(
     from kankaku.commands.availability_shown import tell_availability
 
     _end(tell_availability(scenario, out, seed, years))
+
+
+@app.command("check-controller")
+def check_controller(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME",
+            show_default=False,
+            help="A protection, an operation, or protection+operation; those of own packages, too.",
+        ),
+    ],
+) -> None:
+    """Tell whether a controller keeps the contract, and where it does not."""
+    from kankaku.commands.check_shown import judge
+
+    _end(judge(name))

@@ -19,7 +19,8 @@ from kankaku.commands.screen import (
     refusals,
     show_group,
 )
-from kankaku.studies.campaign import Campaign, run_campaign
+from kankaku.studies.campaign import run_campaign
+from kankaku.studies.campaign_journal import Campaign
 
 
 def let_fail(scenario: Path, out: Path, choices: Mapping[str, Any], runs: int) -> int:

@@ -8,7 +8,6 @@ from rich.markup import escape
 
 from kankaku.analysis.publish.radio_publishing import RadioTables
 from kankaku.analysis.texts.radio_texts import radio_load_texts, radio_sentences
-from kankaku.commands.options import OUT
 from kankaku.commands.screen import (
     answers,
     chosen_of,
@@ -17,6 +16,7 @@ from kankaku.commands.screen import (
     refusals,
     show_table,
 )
+from kankaku.commands.shared_options import OUT
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.scenarios.shipped import folder_of
 from kankaku.studies.radio_study import run_radio

@@ -14,7 +14,6 @@ from kankaku.analysis.texts.comparison_texts import comparison_note, comparison_
 from kankaku.analysis.texts.report import unfinished_heading
 from kankaku.analysis.texts.sweep_texts import sweep_texts
 from kankaku.commands.listing import Listing, controllers_of, known_controllers
-from kankaku.commands.options import OUT
 from kankaku.commands.screen import (
     SIDE_BY_SIDE,
     Log,
@@ -31,6 +30,7 @@ from kankaku.commands.screen import (
     show_side_by_side,
     show_table,
 )
+from kankaku.commands.shared_options import OUT
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.shipped import folder_of
 from kankaku.studies import study

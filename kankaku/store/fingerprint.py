@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 ROOMS = ("analysis", "controllers", "railway", "scenarios", "sumo_net", "telecom")
-STUDIES = ("campaign", "study")
+STUDIES = ("campaign", "failure_findings", "study")
 """Studies that decide what is in the tables of a run."""
 
 

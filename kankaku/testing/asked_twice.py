@@ -9,7 +9,7 @@ from kankaku.railway.step.control import Controller, Operation, Protection
 from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
 
 
-class Said(NamedTuple):
+class Answered(NamedTuple):
     """What a controller made of one state."""
 
     state: LineState
@@ -25,7 +25,7 @@ class AskedTwice:
         self._operation: Operation[Any] = controller.operation
         self._places = places
         self.reasons = self._operation.reasons
-        self.said: list[Said] = []
+        self.said: list[Answered] = []
         self.problems: dict[str, str] = {}
         """The first thing that is wrong, by the name of the check."""
 
@@ -57,7 +57,7 @@ class AskedTwice:
         self._look_at("reasons are declared", state, _undeclared(advice, declared))
         causes = self._causes(authority, advice, len(state.present))
         self._look_at("causes are trains or places", state, causes)
-        self.said.append(Said(state, authority, advice))
+        self.said.append(Answered(state, authority, advice))
         return advice, (memory[0], answer[1])
 
     def _twice(self, what: str, state: LineState, ask: Callable[[], Any]) -> Any:  # noqa: ANN401

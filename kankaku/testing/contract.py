@@ -10,14 +10,14 @@ import numpy as np
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import PLUS
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.errors import sentence_of
+from kankaku.railway.errors import KankakuError, sentence_of
 from kankaku.railway.loop.simulate import simulate
 from kankaku.railway.plan.radio_spec import LOSSLESS
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller, Separation
 from kankaku.railway.step.records import RunRecord
-from kankaku.testing.asked_twice import AskedTwice, Said
+from kankaku.testing.asked_twice import Answered, AskedTwice
 from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
 from kankaku.testing.loop_station import loop_station_scenario
 from kankaku.testing.toy_engine import ToyEngine
@@ -142,7 +142,7 @@ def is_safe(trial: Trial) -> str:
     return ""
 
 
-def _beyond_the_train_ahead(trial: Trial, said: Said) -> str:
+def _beyond_the_train_ahead(trial: Trial, said: Answered) -> str:
     """Any train further on, on a track of the route, bounds the authority by its rear."""
     line, services = trial.scenario.line, trial.scenario.timetable.services
     state, eoa_m = said.state, said.authority.eoa_m
@@ -185,7 +185,7 @@ def keeps_its_word(trial: Trial) -> str:
     return ""
 
 
-def _unhindered_rows(world: World, said: Said) -> Sequence[int]:
+def _unhindered_rows(world: World, said: Answered) -> Sequence[int]:
     """Return the trains that run behind a leader and have not come to its platform."""
     state = said.state
     platform_m = world.platform_m[0, np.arange(world.size), state.next_call]
@@ -196,7 +196,7 @@ def _unhindered_rows(world: World, said: Said) -> Sequence[int]:
 
 def _other_than_foreseen(
     foresight: Any,  # noqa: ANN401 - whatever is checked
-    said: Said,
+    said: Answered,
     before: Any,  # noqa: ANN401
     row: int,
     far_m: float,
@@ -322,10 +322,8 @@ def check_controller(name: str) -> list[Finding]:
 
     Raises
     ------
-    ControllerError
-        If there is none of that name.
-    PluginError
-        If it is another package's, and cannot be imported.
+    KankakuError
+        If there is none of that name, or it is another package's and cannot be imported.
     """
     spec = _spec_of(name)
     world = world_of(LINES["one track"]())
@@ -341,9 +339,9 @@ def _spec_of(name: str) -> ControllerSpec:
     elif not plus:
         protection, operation = "moving_block", name
     if not plus and operation not in registry.OPERATIONS:
-        everything = [*registry.PROTECTIONS, *registry.OPERATIONS]
+        everything = dict.fromkeys([*registry.PROTECTIONS, *registry.OPERATIONS])
         told = registry.likely(name, everything)
-        raise registry.ControllerError(name, "is neither a protection nor an operation", told)
+        raise KankakuError(name, "is neither a protection nor an operation", told)
     return ControllerSpec(f"{protection}{PLUS}{operation}", protection, operation, {}, {})
 
 

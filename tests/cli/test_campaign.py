@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from kankaku.studies import campaign, study
+from kankaku.studies.campaign_journal import JOURNAL, Campaign
 from tests.cli.command import BAD_INPUT, Screen, contents, kankaku, two_controllers
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "control_map"
@@ -62,7 +63,7 @@ def test_an_interrupted_campaign_is_continued_and_comes_to_the_same(
     results: Path, tmp_path: Path
 ) -> None:
     chosen = study.choose(SCENARIO, names=("control_map",), step_s=0.5)
-    wanted = campaign.Campaign(chosen, RUNS)
+    wanted = Campaign(chosen, RUNS)
 
     def gives_up(done: int, total: int) -> None:
         assert total == 2 * RUNS
@@ -72,14 +73,14 @@ def test_an_interrupted_campaign_is_continued_and_comes_to_the_same(
     broken = campaign.run_campaign(wanted, tmp_path, gives_up)
     assert broken.interrupted
     assert len(broken.tables.runs) == 2
-    journal = tmp_path / "control_map_faults" / campaign.JOURNAL
+    journal = tmp_path / "control_map_faults" / JOURNAL
     # Killed while writing the next line.
     journal.write_bytes(journal.read_bytes() + b'{"number": 2, "se')
     done: list[int] = []
     whole = campaign.run_campaign(wanted, tmp_path, lambda finished, _: done.append(finished))
     assert done == [RUNS + 3, RUNS + 4]
     assert not whole.interrupted
-    for name in ("fault_runs.csv", "fault_table.csv", campaign.JOURNAL):
+    for name in ("fault_runs.csv", "fault_table.csv", JOURNAL):
         assert (journal.parent / name).read_bytes() == (results / name).read_bytes()
 
 
@@ -103,9 +104,9 @@ def test_a_damaged_journal_is_named_with_its_line(
 ) -> None:
     folder = tmp_path / results.name
     folder.mkdir()
-    lines = (results / campaign.JOURNAL).read_bytes().splitlines()
+    lines = (results / JOURNAL).read_bytes().splitlines()
     lines[2] = line
-    (folder / campaign.JOURNAL).write_bytes(b"\n".join(lines) + b"\n")
+    (folder / JOURNAL).write_bytes(b"\n".join(lines) + b"\n")
     seen = run_it(tmp_path)
     assert seen.status == BAD_INPUT
     assert "journal.jsonl, line 3: damaged; allowed: --fresh" in seen.complaints
@@ -115,10 +116,10 @@ def test_a_damaged_journal_is_named_with_its_line(
 def test_an_unsafe_run_ends_with_a_status_of_its_own(results: Path, tmp_path: Path) -> None:
     folder = tmp_path / results.name
     folder.mkdir()
-    lines = (results / campaign.JOURNAL).read_text("utf-8").splitlines()
+    lines = (results / JOURNAL).read_text("utf-8").splitlines()
     last = {**json.loads(lines[-1]), "unsafe_events": 1, "first_event": "t2 collided"}
     told = "\n".join([*lines[:-1], json.dumps(last)]) + "\n"
-    (folder / campaign.JOURNAL).write_text(told, "utf-8")
+    (folder / JOURNAL).write_text(told, "utf-8")
     seen = run_it(tmp_path)
     assert seen.status == VIOLATION
     assert "1 runs with unsafe events" in seen.complaints

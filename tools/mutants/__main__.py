@@ -23,7 +23,16 @@ from tools.mutants.catalogue import MUTANTS, Mutant, Patch
 
 PROJECT = Path(__file__).parents[2]
 SCENARIO = "scenarios/binding"
-ROOMS = ("analysis", "controllers", "railway", "scenarios", "sumo_net", "telecom", "tools")
+ROOMS = (
+    "analysis",
+    "controllers",
+    "railway",
+    "scenarios",
+    "sumo_net",
+    "telecom",
+    "tools",
+    "kankaku",
+)
 TIMEOUT_S = 600.0
 
 
@@ -80,7 +89,8 @@ def copy_source(target: Path) -> None:
         Where to.
     """
     for room in ROOMS:
-        shutil.copytree(PROJECT / room, target / room)
+        # The links of kankaku/ lead to the copies.
+        shutil.copytree(PROJECT / room, target / room, symlinks=True)
     for file in PROJECT.glob("*.py"):
         shutil.copy2(file, target)
 

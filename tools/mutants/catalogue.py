@@ -4,7 +4,10 @@ from typing import NamedTuple
 
 PROFILE = "railway/plan/profile.py"
 LEADERS = "railway/wayside/leaders.py"
-TRACKSIDE = "railway/wayside/trackside.py"
+POINT_MACHINE = "railway/wayside/point_machine.py"
+LEVEL_CROSSING = "railway/wayside/level_crossing.py"
+CLOSED_STRETCH = "railway/wayside/closed_stretch.py"
+LOOKING = "railway/wayside/looking.py"
 DRIVE = "controllers/drive.py"
 MOVING_BLOCK = "controllers/protection/moving_block.py"
 OVER_RADIO = "controllers/centre/over_radio.py"
@@ -95,7 +98,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "points released 60 m early (machine)",
         "moving",
         (
-            TRACKSIDE,
+            POINT_MACHINE,
             "place_m = turnout.fouling_start_m, turnout.fouling_end_m",
             "place_m = turnout.fouling_start_m, turnout.fouling_end_m - 60.0",
         ),
@@ -105,9 +108,9 @@ MUTANTS: tuple[Mutant, ...] = (
             f"circuit released by the front ({controller})",
             controller,
             (
-                "railway/wayside/detection.py",
-                f"circuits.end_m[place] > tail_m{TOUCHED}",
-                f"circuits.end_m[place] > front_m{TOUCHED}",
+                LOOKING,
+                f"circuits.end_m[place] > trains.tail_m{TOUCHED}",
+                f"circuits.end_m[place] > trains.front_m{TOUCHED}",
             ),
         )
         for controller in ("atc", "atd")
@@ -138,7 +141,11 @@ MUTANTS: tuple[Mutant, ...] = (
     _mutant(
         "no turnout lock (wayside)",
         "moving",
-        (TRACKSIDE, "self.concerns[waiting[first:]] = True", "self.concerns[waiting[:0]] = True"),
+        (
+            POINT_MACHINE,
+            "self.concerns[waiting[first:]] = True",
+            "self.concerns[waiting[:0]] = True",
+        ),
     ),
     _mutant(
         "obstructions ignored",
@@ -153,7 +160,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "points throw in 0 s",
         "moving",
         (
-            TRACKSIDE,
+            POINT_MACHINE,
             "ready_s = time_s + self._turnout.throw_s + self._turnout.proof_s",
             "ready_s = time_s",
         ),
@@ -162,7 +169,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "crossing never closes",
         "moving",
         (
-            TRACKSIDE,
+            LEVEL_CROSSING,
             "free = struck & scene.due(self._closed_s)",
             "free = self._users & ~passed",
         ),
@@ -171,7 +178,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "crossing closes in half the time",
         "moving",
         (
-            TRACKSIDE,
+            LEVEL_CROSSING,
             "self._closed_s = time_s + self._crossing.closing_s",
             "self._closed_s = time_s + 0.5 * self._crossing.closing_s",
         ),
@@ -181,7 +188,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "moving",
         (LEADERS, "turnout.fouling_start_m if turnout", "turnout.fouling_start_m + 30 if turnout"),
         (
-            TRACKSIDE,
+            POINT_MACHINE,
             "place_m = turnout.fouling_start_m, turnout.fouling_end_m",
             "place_m = turnout.fouling_start_m + 30.0, turnout.fouling_end_m",
         ),

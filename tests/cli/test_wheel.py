@@ -1,0 +1,91 @@
+"""Installed beside a stranger's files: one name, all scenarios, and an operation of one's own."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.cli.command import PATIENCE_S, PROJECT
+
+LEFT_OUT = shutil.ignore_patterns(
+    ".venv", ".git", "out", "build", "__pycache__", "*.egg-info", ".*"
+)
+SCENARIOS = ("rush_hour", "control_map", "sakai_case1", "sakai_case2", "sakai_case3", "binding")
+
+
+@pytest.fixture(scope="session")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with the program and the example package, as pip installs them."""
+    place = tmp_path_factory.mktemp("installed")
+    shutil.copytree(PROJECT, place / "source", symlinks=True, ignore=LEFT_OUT)
+    packages = [place / "source", place / "source" / "docs" / "examples" / "own_operation"]
+    subprocess.run(  # noqa: S603 - our own arguments
+        [
+            *(sys.executable, "-m", "pip", "install", "--quiet", "--no-deps"),
+            *map(str, ("--target", place / "site", *packages)),
+        ],
+        check=True,
+        timeout=PATIENCE_S,
+    )
+    return place / "site"
+
+
+@pytest.fixture(scope="session")
+def stranger(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with files that have the names of rooms and break who imports them."""
+    folder = tmp_path_factory.mktemp("stranger")
+    for name in ("analysis", "controllers", "railway", "run", "study"):
+        (folder / f"{name}.py").write_text("raise RuntimeError('not yours')\n", "utf-8")
+    return folder
+
+
+def told(installed: Path, stranger: Path, *arguments: str) -> str:
+    """Run the command as its script does, in the stranger's folder."""
+    libraries = [path for path in sys.path if path.endswith("site-packages")]
+    done = subprocess.run(  # noqa: S603 - our own arguments
+        [sys._base_executable, "-m", "kankaku", *arguments],  # type: ignore[attr-defined]  # noqa: SLF001
+        env={
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join([str(installed), *libraries]),
+            "COLUMNS": "200",
+        },
+        cwd=stranger,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    answers: str = done.stdout
+    return answers
+
+
+def test_the_wheel_has_one_name_types_scenarios_and_a_command(installed: Path) -> None:
+    names = {item.name for item in installed.iterdir() if "kankaku_steady" not in item.name}
+    others = {name for name in names if not name.endswith(".dist-info")} - {"bin", "__pycache__"}
+    assert others == {"kankaku"}
+    assert (installed / "bin" / "kankaku").exists()
+    assert (installed / "kankaku" / "py.typed").exists()
+    assert not any(item.is_symlink() for item in (installed / "kankaku").iterdir())
+    for name in SCENARIOS:
+        written = {file.name for file in (PROJECT / "scenarios" / name).iterdir()}
+        assert {file.name for file in (installed / "kankaku" / "scenarios" / name).iterdir()} == (
+            written
+        )
+
+
+def test_it_runs_beside_a_strangers_files_with_an_operation_of_a_package(
+    installed: Path, stranger: Path
+) -> None:
+    """What runs is the shipped scenario by its name, from the folder where it is installed."""
+    answers = told(installed, stranger, "run", "eco_driving", "--controller", "moving_block+steady")
+    assert "energy, net [kWh]" in answers
+    assert (stranger / "out" / "eco_driving" / "summary.csv").exists()
+
+
+def test_the_operation_of_a_package_is_listed_and_judged(installed: Path, stranger: Path) -> None:
+    assert "(package kankaku-steady)" in told(installed, stranger, "--list-controllers")
+    assert "It keeps the contract." in told(installed, stranger, "check-controller", "steady")
