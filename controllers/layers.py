@@ -1,7 +1,7 @@
 """What a protection or an operation is registered as, and where those of others come from."""
 
 from collections import UserDict
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from enum import Enum
 from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
@@ -137,9 +137,13 @@ class Registry(UserDict[str, Layer]):
             raise PluginError(where, "is no name", "letters, digits and _")
         self.data[name] = layer
 
-    def added(self) -> Mapping[str, Layer]:
-        """Return the layers that were registered while the program runs."""
-        return {name: layer for name, layer in self.data.items() if name not in self._own}
+    def added(self, names: Collection[str]) -> Mapping[str, Layer]:
+        """Return those of some layers that were registered while the program runs."""
+        return {
+            name: layer
+            for name, layer in self.data.items()
+            if name in names and name not in self._own
+        }
 
     def restore(self, layers: Mapping[str, Layer]) -> None:
         """

@@ -217,7 +217,9 @@ def run_study(
     with held(folder) as work:
         refuse_unwritable(folder, "results")
         running = Running(study, folder, work, world)
-        return running.run(partial(_perform, study, registered()), Hearers(progress, say, tell))
+        return running.run(
+            partial(_perform, study, registered(study.specs)), Hearers(progress, say, tell)
+        )
 
 
 class Registered(NamedTuple):
@@ -232,9 +234,14 @@ class Registered(NamedTuple):
         registry.OPERATIONS.restore(self.operations)
 
 
-def registered() -> Registered:
+def registered(specs: Sequence[ControllerSpec]) -> Registered:
     """
-    Return the layers that were registered while the program runs.
+    Return the layers of some controllers that were registered while the program runs.
+
+    Parameters
+    ----------
+    specs
+        The controllers that are run.
 
     Returns
     -------
@@ -246,7 +253,8 @@ def registered() -> Registered:
     StudyError
         If one of them stands in no file that a worker could import.
     """
-    found = Registered(registry.PROTECTIONS.added(), registry.OPERATIONS.added())
+    used = {name for spec in specs for name in (spec.protection, spec.operation)}
+    found = Registered(registry.PROTECTIONS.added(used), registry.OPERATIONS.added(used))
     for name, layer in (*found.protections.items(), *found.operations.items()):
         try:
             pickle.dumps(layer)
