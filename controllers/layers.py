@@ -137,12 +137,12 @@ class Registry(UserDict[str, Layer]):
             raise PluginError(where, "is no name", "letters, digits and _")
         self.data[name] = layer
 
-    def added(self, names: Collection[str]) -> Mapping[str, Layer]:
-        """Return those of some layers that were registered while the program runs."""
+    def added(self, names: Collection[str] | None = None) -> Mapping[str, Layer]:
+        """Return the layers, or those of some names, that were registered while it runs."""
         return {
             name: layer
             for name, layer in self.data.items()
-            if name in names and name not in self._own
+            if name not in self._own and (names is None or name in names)
         }
 
     def restore(self, layers: Mapping[str, Layer]) -> None:
