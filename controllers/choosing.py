@@ -61,7 +61,7 @@ def named(specs: Sequence[ControllerSpec], name: str) -> ControllerSpec:
         raise ControllerError(
             where=CONTROLLER,
             problem=f"{name!r} is not a controller of this scenario",
-            allowed=f"{', '.join(known)}, or <protection>{PLUS}<operation>",
+            allowed=f"{likely(name, known)}, or <protection>{PLUS}<operation>",
         )
     protection, _, operation = name.partition(PLUS)
     for kind, layer, registry in (

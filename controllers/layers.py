@@ -2,10 +2,11 @@
 
 from collections import UserDict
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from enum import Enum
 from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, get_type_hints
 
 from kankaku.railway.errors import KankakuError, sentence_of
 from kankaku.railway.plan.radio_spec import RadioSpec
@@ -72,7 +73,8 @@ class OperationFactory(Protocol):
 Factory: TypeAlias = ProtectionFactory | RadioFactory | OperationFactory
 
 
-class Layer(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Layer:
     """
     How to build a protection or an operation; what an entry point stands for.
 
@@ -90,6 +92,95 @@ class Layer(NamedTuple):
 
 class PluginError(KankakuError):
     """A protection or operation of another package that cannot be used."""
+
+
+class OptionKind(NamedTuple):
+    """What values an option takes."""
+
+    kind: type
+    """Of its values, as a file gives them."""
+    allowed: str
+
+
+OPTION_KINDS: Mapping[object, OptionKind] = {
+    bool: OptionKind(bool, "true or false"),
+    float: OptionKind(float, "a number"),
+    tuple[float, ...]: OptionKind(tuple, "a list of numbers"),
+}
+"""By the type that a field of an options class is declared with."""
+_TYPES = "float, bool or tuple[float, ...]"
+
+
+def option_kinds(options: "type[DataclassInstance]") -> dict[str, OptionKind]:
+    """
+    Return what the options of a layer take.
+
+    Parameters
+    ----------
+    options
+        The class of its options; annotations may be texts.
+
+    Returns
+    -------
+    dict[str, OptionKind]
+        By option.
+
+    Raises
+    ------
+    PluginError
+        If an option has another type than files can hold, or no default.
+    """
+    hints = get_type_hints(options)
+    found: dict[str, OptionKind] = {}
+    for field in fields(options):
+        kind = OPTION_KINDS.get(hints[field.name])
+        where = f"{options.__qualname__}.{field.name}"
+        if kind is None:
+            raise PluginError(where, f"is of type {_told(hints[field.name])}", _TYPES)
+        if field.default is MISSING:
+            raise PluginError(where, "has no default", "a value that makes sense on any line")
+        found[field.name] = kind
+    return found
+
+
+def _told(hint: object) -> str:
+    return hint.__name__ if isinstance(hint, type) else str(hint)
+
+
+def checked(layer: object, where: str) -> Layer:
+    """
+    Return what others offer as a layer, if it is one that can be used.
+
+    Parameters
+    ----------
+    layer
+        Anything.
+    where
+        Whose it is, for complaints.
+
+    Returns
+    -------
+    Layer
+        The same.
+
+    Raises
+    ------
+    PluginError
+        If it is no layer, or one of its parts is not what it has to be.
+    """
+    if not isinstance(layer, Layer):
+        raise PluginError(where, f"is a {type(layer).__name__}", "a kankaku.Layer")
+    if not callable(layer.build):
+        raise PluginError(where, f"is built by {layer.build!r}", "a class or a function")
+    if not isinstance(layer.options, type) or not is_dataclass(layer.options):
+        raise PluginError(where, f"has {layer.options!r} for options", "a frozen dataclass")
+    try:
+        option_kinds(layer.options)
+    except PluginError as error:
+        raise PluginError(where, f"{error.where} {error.problem}", error.allowed) from error
+    except (NameError, TypeError) as error:
+        raise PluginError(where, sentence_of(error), f"options of {_TYPES}") from error
+    return layer
 
 
 class Registry(UserDict[str, Layer]):
@@ -128,14 +219,15 @@ class Registry(UserDict[str, Layer]):
         Raises
         ------
         PluginError
-            If the name is one of ours or of a package, or no name.
+            If the name is one of ours or of a package, or no name; or if the layer is not made
+            as layers have to be.
         """
         where = f"{self.kind} {name!r}"
         if name in self._own or name in self.offered:
             raise PluginError(where, "is there already", "another name")
         if not name.isidentifier():
             raise PluginError(where, "is no name", "letters, digits and _")
-        self.data[name] = layer
+        self.data[name] = checked(layer, where)
 
     def added(self, names: Collection[str] | None = None) -> Mapping[str, Layer]:
         """Return the layers, or those of some names, that were registered while it runs."""
@@ -176,9 +268,26 @@ class Registry(UserDict[str, Layer]):
             raise PluginError(
                 where, sentence_of(error), "a package that can be imported"
             ) from error
-        if not isinstance(layer, Layer):
-            raise PluginError(where, f"is a {type(layer).__name__}", "a kankaku.Layer")
-        return layer
+        return checked(layer, where)
+
+    def overruled(self, name: str) -> str:
+        """
+        Return whether a package offers a layer of a name that is not its own to give.
+
+        Parameters
+        ----------
+        name
+            Of a layer of ours.
+
+        Returns
+        -------
+        str
+            A sentence; empty if there is no such package.
+        """
+        packages = " and ".join(map(package_named, self.offered.get(name, ())))
+        if name not in self.data or not packages:
+            return ""
+        return f"{self.kind} {name!r} of {packages} is left out: Kankaku has one of that name"
 
     def __contains__(self, name: object) -> bool:
         """Return whether there is such a layer, imported or not."""

@@ -5,11 +5,11 @@ A protection or operation is built from the world and an options dataclass, whos
 the keys that a scenario file may set.
 """
 
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, fields
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict
 from difflib import get_close_matches
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from kankaku.controllers.centre.over_radio import OverRadio
 from kankaku.controllers.control_map.map_operation import FollowPlan, FollowPlanOptions
@@ -20,9 +20,11 @@ from kankaku.controllers.layers import (
     Layer,
     Medium,
     OperationFactory,
+    PluginError,
     ProtectionFactory,
     RadioFactory,
     Registry,
+    option_kinds,
 )
 from kankaku.controllers.operation.approach_point import ApproachPointControl, ApproachPointOptions
 from kankaku.controllers.operation.close_up import CloseUp, CloseUpOptions
@@ -34,7 +36,7 @@ from kankaku.controllers.protection.atd import Atd, AtdOptions
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
 from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
-from kankaku.railway.errors import KankakuError
+from kankaku.railway.errors import KankakuError, sentence_of
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec, keeps_pace
 from kankaku.railway.plan.scenario import ControllerSpec, Option
 from kankaku.railway.plan.world import World
@@ -120,11 +122,13 @@ OPERATIONS = Registry(
 )
 
 
-_KINDS: Mapping[object, tuple[type, str]] = {
-    bool: (bool, "true or false"),
-    float: (float, "a number"),
-}
-"""What a value is that an option of some type can have; other options are lists."""
+Made = TypeVar("Made")
+OPERATION_PARTS = ("reasons", "initial", "advise")
+PROTECTION_PARTS = (
+    *("separation", "promises", "initial", "authorise", "profile", "delay_s", "release_delay_s"),
+    *("idle_time_s", "eoa_behind_m", "permitted_mps"),
+)
+"""What whoever runs a layer calls; see :mod:`kankaku.railway.step.control`."""
 
 
 class ControllerError(KankakuError):
@@ -159,6 +163,8 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
     ControllerError
         If a layer or an option is unknown, an option's value is not allowed, or the radio does
         not keep pace with the steps.
+    PluginError
+        If a layer of another package cannot be built.
     """
     # No name in a file has a plus sign: that one comes from the command line.
     where = f"--controller {spec.name}" if "+" in spec.name else f"controllers.{spec.name}"
@@ -177,12 +183,32 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
     return Controller(
         spec.name,
         protection,
-        make(world, options, protection),
+        _made(
+            OPERATIONS, spec.operation, lambda: make(world, options, protection), OPERATION_PARTS
+        ),
         TractionDrive(world),
         protection.separation,
         by_radio=_goes_by_radio(spec),
         promises=protection.promises,
     )
+
+
+def _made(registry: Registry, name: str, make: Callable[[], Made], parts: tuple[str, ...]) -> Made:
+    """Build a layer; a mistake in another package is told as that package's."""
+    package = registry.package_of(name)
+    where = f"{registry.kind} {name!r} of {package}"
+    try:
+        made = make()
+    except KankakuError:
+        raise
+    except Exception as error:
+        if not package:
+            raise
+        raise PluginError(where, sentence_of(error), "one that can be built") from error
+    missing = [part for part in parts if package and not hasattr(made, part)]
+    if missing:
+        raise PluginError(where, f"has no {', '.join(missing)}", f"one with {', '.join(parts)}")
+    return made
 
 
 def _goes_by_radio(spec: ControllerSpec) -> bool:
@@ -208,9 +234,12 @@ def _protection(spec: ControllerSpec, world: World, radio: RadioSpec, where: str
             allowed=f"steps that divide {0.5 * radio.cycle_s:g} s, unlike {world.step_s:g} s",
         )
     try:
-        if layer.medium is Medium.RADIO:
-            return cast("RadioFactory", layer.build)(world, options, radio)
-        protection = cast("ProtectionFactory", layer.build)(world, options)
+        protection = _made(
+            PROTECTIONS,
+            spec.protection,
+            lambda: _guarding(layer, world, options, radio),
+            PROTECTION_PARTS,
+        )
     except OptionError as error:
         raise ControllerError(
             where=f"{where}.protection", problem=error.problem, allowed=error.allowed
@@ -218,6 +247,14 @@ def _protection(spec: ControllerSpec, world: World, radio: RadioSpec, where: str
     if spec.radio and layer.medium is Medium.EITHER:
         return OverRadio(cast("Centre", protection), world, radio)
     return protection
+
+
+def _guarding(
+    layer: Layer, world: World, options: "DataclassInstance", radio: RadioSpec
+) -> Guarding:
+    if layer.medium is Medium.RADIO:
+        return cast("RadioFactory", layer.build)(world, options, radio)
+    return cast("ProtectionFactory", layer.build)(world, options)
 
 
 def warnings(
@@ -252,6 +289,12 @@ def warnings(
         if layer is not None and hasattr(layer.build, "warnings"):
             protection: Any = build(spec, world, radio).protection
             for sentence in protection.warnings():
+                names.setdefault(sentence, []).append(spec.name)
+        for sentence in (
+            PROTECTIONS.overruled(spec.protection),
+            OPERATIONS.overruled(spec.operation),
+        ):
+            if sentence:
                 names.setdefault(sentence, []).append(spec.name)
     return tuple(f"{', '.join(alike)}: {sentence}" for sentence, alike in names.items())
 
@@ -310,15 +353,14 @@ def choose_layer(
     if name not in registry:
         raise ControllerError(where, f"{name!r} is not known", likely(name, registry))
     layer = registry[name]
-    known = {field.name: field.type for field in fields(layer.options)}
+    known = option_kinds(layer.options)
     for key, value in options.items():
         place = f"{where}_options.{key}"
         if key not in known:
             problem = f"option {key!r} is not known to {name}"
             raise ControllerError(place, problem, likely(key, known) or "none")
-        kind, allowed = _KINDS.get(known[key], (tuple, "a list of numbers"))
-        if type(value) is not kind:
-            raise ControllerError(where=place, problem=f"{value!r}", allowed=allowed)
+        if type(value) is not known[key].kind:
+            raise ControllerError(where=place, problem=f"{value!r}", allowed=known[key].allowed)
     try:
         chosen = layer.options(**options)
     except OptionError as error:

@@ -38,10 +38,11 @@ def known_controllers() -> tuple[Listing, ...]:
 
 
 def _listing(title: str, layers: Registry) -> Listing:
+    left_out = tuple((name, layers.overruled(name), "") for name in layers)
     return Listing(
         title,
         ("name", "what it does", "options"),
-        tuple(_layer_row(layers, name) for name in layers),
+        (*(_layer_row(layers, name) for name in layers), *(row for row in left_out if row[1])),
     )
 
 

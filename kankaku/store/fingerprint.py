@@ -106,6 +106,8 @@ def foreign_sha256(*parts: Callable[..., Any]) -> str:
     """
     Return a digest of the sources of classes that do not belong to the program.
 
+    Of a class in a package, all modules of the package count: it may call any of them.
+
     Parameters
     ----------
     parts
@@ -120,7 +122,17 @@ def foreign_sha256(*parts: Callable[..., Any]) -> str:
     for part in parts:
         made = part.func if isinstance(part, partial) else part
         if made.__module__.partition(".")[0] != "kankaku":
-            file = getattr(sys.modules.get(made.__module__), "__file__", None)
-            digest.update(Path(file).read_bytes() if file else made.__qualname__.encode())
             found = True
+            for file in _foreign_files(made.__module__):
+                digest.update(file.read_bytes())
+            digest.update(getattr(made, "__qualname__", type(made).__qualname__).encode())
     return digest.hexdigest() if found else ""
+
+
+def _foreign_files(module: str) -> list[Path]:
+    """Return the file of a module, or all of its package; none of what stands in no file."""
+    package = getattr(sys.modules.get(module.partition(".")[0]), "__file__", None)
+    if package and Path(package).name == "__init__.py":
+        return sorted(Path(package).parent.rglob("*.py"))
+    file = getattr(sys.modules.get(module), "__file__", None)
+    return [Path(file)] if file else []

@@ -1,5 +1,6 @@
 """Controllers by the names of their layers, and options with other values."""
 
+from dataclasses import replace
 from typing import cast
 
 import pytest
@@ -111,7 +112,7 @@ def test_a_setting_that_is_not_allowed_is_answered_with_what_is(setting: str, to
 def test_an_option_of_both_layers_is_named_with_its_layer(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    layer = OPERATIONS["close_up"]._replace(options=PROTECTIONS["moving_block"].options)
+    layer = replace(OPERATIONS["close_up"], options=PROTECTIONS["moving_block"].options)
     monkeypatch.setitem(cast("dict[str, Layer]", OPERATIONS), "twin", layer)
     twin = ControllerSpec("twin", "moving_block", "twin", {}, {})
     with pytest.raises(ControllerError) as caught:
