@@ -31,7 +31,7 @@ from kankaku.controllers.centre.reports import (
 from kankaku.controllers.protection.ceiling import LineCeiling
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled, plain
-from kankaku.railway.plan.profile import at_each
+from kankaku.railway.plan.brake_table import braking_v2_each
 from kankaku.railway.plan.radio_spec import TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight, Protection, Separation
@@ -240,10 +240,10 @@ class OverRadio:
         self, from_m: FloatArray, to_m: FloatArray, speed_mps: FloatArray
     ) -> FloatArray:
         """Return the least speeds at some places, after emergency braking from others."""
-        potential, row_start = self._world.profile.potential_m2ps2.ravel(), self._world.row_start
-        taken = at_each(potential, to_m, row_start) - at_each(potential, from_m, row_start)
-        taken += self._harder_mps2 * (to_m - from_m)
-        slowed_mps: FloatArray = np.sqrt(np.maximum(np.square(speed_mps) - 2.0 * taken, 0.0))
+        braking, rows = self._world.braking, np.arange(self._world.size)
+        taken = braking_v2_each(braking, rows, to_m) - braking_v2_each(braking, rows, from_m)
+        taken += 2.0 * self._harder_mps2 * (to_m - from_m)
+        slowed_mps: FloatArray = np.sqrt(np.maximum(np.square(speed_mps) - taken, 0.0))
         return slowed_mps
 
     def eoa_behind_m(

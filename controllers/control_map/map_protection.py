@@ -40,15 +40,16 @@ from kankaku.controllers.control_map.measuring import (
     measure,
 )
 from kankaku.controllers.control_map.onboard import (
+    Tempo,
     behind_bands,
     ceilings_mps,
     keep_bands,
     may_leave,
 )
 from kankaku.controllers.control_map.planned_run import Pace, trains_of
-from kankaku.controllers.control_map.planner import Horizon, Known, MapPlan, make_plan
+from kankaku.controllers.control_map.planner import Horizon, Known, MapPlan, Scene, make_plan
 from kankaku.controllers.control_map.telegrams import COMMANDS, Sent, eoas_m, nothing_sent
-from kankaku.controllers.control_map.way_ahead import Obstructions, order_of
+from kankaku.controllers.control_map.way_ahead import Grid, Obstructions, order_of
 from kankaku.controllers.options import require
 from kankaku.controllers.protection.ceiling import LineCeiling, braked_to_mps
 from kankaku.railway.arrays import BoolArray, FloatArray
@@ -143,7 +144,7 @@ class ControlMap:
             round(options.delay_s / UPDATE_S),
             round(options.reserve_s / UPDATE_S),
         )
-        self._figures = (self._trains.square, self._trains.row_start, self._trains.brake_mps2)
+        self._tempo = plain(Tempo(world.step_s, UPDATE_S))
 
     def initial(self) -> Memory:
         """
@@ -227,7 +228,7 @@ class ControlMap:
             plan.front_m[:, : COMMANDS + 1],
             plan.speed_mps[:, : COMMANDS + 1],
             plan.free_m,
-            self._figures,
+            plain(self._trains.braking),
             self._options.tolerance_m,
         )
         furthest_m = np.where(plan.planned, eoa_m.max(axis=1), -np.inf)
@@ -260,19 +261,16 @@ class ControlMap:
     def _keep(self, state: LineState, seen: LineState, memory: Memory) -> tuple[Authority, Memory]:
         """Let trains keep the bands that they have heard of."""
         aboard, held_m = memory.aboard, memory.held_m + memory.aboard.shift_m
-        eoa_m, commanded_mps, held_s = keep_bands(
+        held = (
             state.time_s + aboard.clock_error_s - aboard.stamp_error_s,
-            self._world.step_s,
-            UPDATE_S,
-            seen.front_m,
-            seen.speed_mps,
             state.stop_m - state.front_m,
-            seen.present,
             radio_of(seen).heard_s,
-            plain(memory.sent)[:5],
             memory.held_s,
             held_m,
-            self._figures,
+        )
+        brakes = plain(self._trains.braking)
+        eoa_m, commanded_mps, held_s = keep_bands(
+            seen.whereabouts, held, plain(memory.sent), self._tempo, brakes
         )
         sent = memory.sent
         behind = sent.free_by, sent.slowed_by
@@ -286,7 +284,7 @@ class ControlMap:
         if state.units is not None:
             aboard = aboard.alarm(state.time_s, Notice.NO_COMMANDS, braking & ~memory.emergency)
             ceiling_mps = ceilings_mps(self._ceiling, seen, aboard)
-            leaving = may_leave(seen, aboard, eoa_m, self._figures)
+            leaving = may_leave(seen, aboard, eoa_m, self._trains.braking)
             aboard = aboard._replace(leaving=leaving)
             # What was permitted stays so: only where the train is has become uncertain.
             eoa_m = np.where(leaving, np.maximum(eoa_m, held_m), eoa_m) - aboard.shift_m
@@ -347,7 +345,7 @@ class ControlMap:
         FloatArray
             Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
         """
-        braked_mps = braked_to_mps(self._world, self._trains.square, row, (front_m, eoa_m))
+        braked_mps = braked_to_mps(self._world, row, (front_m, eoa_m))
         return np.minimum(braked_mps, self._ceiling.at_mps(row, front_m))
 
     def plan(
@@ -403,15 +401,15 @@ class ControlMap:
             state.granted_by,
         )
         now_s = UPDATE_S * round(state.time_s / UPDATE_S)
-        return make_plan(
-            now_s,
+        scene = Scene(
+            Grid(now_s, UPDATE_S, self._horizon.moments),
             known,
-            earlier,
             trains,
             self._order,
             Obstructions(beside.start_m, beside.from_s, beside.until_s, beside.concerns),
             self._horizon,
         )
+        return make_plan(scene, earlier)
 
     def _gone(self, state: LineState) -> BoolArray:
         """Return who has left the line: detection at both ends of it is by wire."""
@@ -437,5 +435,6 @@ class ControlMap:
         age_s = np.clip(state.time_s - reports.known_s, 0.0, UPDATE_S * COMMANDS)
         now_m = reports.front_m + age_s * reports.speed_mps
         anywhere_m, now = np.full_like(now_m, np.inf), np.newaxis
-        own_m = eoas_m(now_m[:, now], reports.speed_mps[:, now], anywhere_m, self._figures, 0.0)
+        braking = plain(self._trains.braking)
+        own_m = eoas_m(now_m[:, now], reports.speed_mps[:, now], anywhere_m, braking, 0.0)
         return own_m[:, 0] + self._options.margin_m

@@ -18,7 +18,7 @@ import numpy as np
 
 from kankaku.controllers.centre.reports import radio_of
 from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import Plain, compiled
 from kankaku.railway.plan.radio_spec import TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import LineState, RadioState, UnitState
@@ -233,89 +233,103 @@ def _locate(
     state: LineState, units: UnitState, aboard: Aboard, step_s: float, allowance_m: float
 ) -> Aboard:
     """Count wheels, and bound by how much they may be wrong."""
-    measured = (units.odometer_m, units.wheels_mps, units.balise_m, units.counted_m)
-    before = (aboard.uncertain_m, aboard.widened_m, aboard.off_mps)
-    references = (aboard.balise_m, aboard.counted_m, aboard.disagrees)
-    *located, disagrees, found, wrong, news = _located(
-        state.front_m, state.speed_mps, measured, before, references, step_s, allowance_m
+    measured = units.odometer_m, units.wheels_mps, units.balise_m, units.counted_m
+    before = (
+        aboard.uncertain_m,
+        aboard.widened_m,
+        aboard.off_mps,
+        aboard.balise_m,
+        aboard.counted_m,
+        aboard.disagrees,
     )
-    if news:
-        aboard = aboard.alarm(state.time_s, Notice.WHEELS, found)
-        aboard = aboard.alarm(state.time_s, Notice.BALISE, wrong)
-    uncertain_m, widened_m, shift_m, retreat_m, off_mps = located
+    felt = state.front_m, state.speed_mps
+    found = Located(*_located(felt, measured, before, step_s, allowance_m))
+    if found.news:
+        aboard = aboard.alarm(state.time_s, Notice.WHEELS, found.disagrees & ~aboard.disagrees)
+        aboard = aboard.alarm(state.time_s, Notice.BALISE, found.wrong)
     return aboard._replace(
-        uncertain_m=uncertain_m,
-        widened_m=widened_m,
-        shift_m=shift_m,
-        retreat_m=retreat_m,
-        off_mps=off_mps,
-        disagrees=disagrees,
+        uncertain_m=found.uncertain_m,
+        widened_m=found.widened_m,
+        shift_m=found.shift_m,
+        retreat_m=found.retreat_m,
+        off_mps=found.off_mps,
+        disagrees=found.disagrees,
         balise_m=units.balise_m,
         counted_m=units.counted_m,
         clock_error_s=units.clock_error_s,
     )
 
 
+class Measured(NamedTuple):
+    """What compiled functions read of :class:`~kankaku.railway.step.state.UnitState`."""
+
+    odometer_m: FloatArray
+    wheels_mps: FloatArray
+    balise_m: FloatArray
+    counted_m: FloatArray
+
+
+class Before(NamedTuple):
+    """What they read of :class:`Aboard`."""
+
+    uncertain_m: FloatArray
+    widened_m: FloatArray
+    off_mps: FloatArray
+    balise_m: FloatArray
+    counted_m: FloatArray
+    disagrees: BoolArray
+
+
+class Located(NamedTuple):
+    """Where trains are by their wheels; see :class:`Aboard`."""
+
+    uncertain_m: FloatArray
+    widened_m: FloatArray
+    shift_m: FloatArray
+    retreat_m: FloatArray
+    off_mps: FloatArray
+    disagrees: BoolArray
+    wrong: BoolArray
+    """A balise has corrected the position by too much."""
+    news: bool
+    """There is an alarm to be given."""
+
+
 @compiled
-def _located(  # noqa: PLR0917 - compiled functions take plain arrays
-    front_m: FloatArray,
-    felt_mps: FloatArray,
-    measured: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    before: tuple[FloatArray, FloatArray, FloatArray],
-    references: tuple[FloatArray, FloatArray, BoolArray],
+def _located(
+    felt: tuple[FloatArray, FloatArray],
+    measured_fields: Plain,
+    before_fields: Plain,
     step_s: float,
     allowance_m: float,
-) -> tuple[
-    FloatArray,
-    FloatArray,
-    FloatArray,
-    FloatArray,
-    FloatArray,
-    BoolArray,
-    BoolArray,
-    BoolArray,
-    bool,
-]:
-    odometer_m, wheels_mps, balise_m, counted_m = measured
-    uncertain_before_m, widened_before_m, off_before_mps = before
-    balise_before_m, counted_before_m, disagreed = references
-    size = front_m.size
-    uncertain_m, widened_m, shift_m = np.zeros(size), np.zeros(size), np.zeros(size)
-    retreat_m, off_mps = np.zeros(size), np.zeros(size)
-    disagrees, found = np.zeros(size, dtype=np.bool_), np.zeros(size, dtype=np.bool_)
-    wrong, news = np.zeros(size, dtype=np.bool_), False
+) -> Plain:
+    """Return the fields of :class:`Located`."""
+    (front_m, felt_mps), measured = felt, Measured(*measured_fields)
+    before, size = Before(*before_fields), front_m.size
+    uncertain_m, widened_m, shift_m, retreat_m, off_mps = np.zeros((5, size))
+    disagrees, wrong = np.zeros((2, size), dtype=np.bool_)
+    news = False
     for train in range(size):
-        felt = felt_mps[train]
-        off = abs(wheels_mps[train] - felt)
-        off_mps[train] = off
-        uncertain = uncertain_before_m[train]
-        if counted_m[train] != counted_before_m[train]:
-            correction = balise_m[train] - counted_m[train]
-            correction -= balise_before_m[train] - counted_before_m[train]
+        felt_here = felt_mps[train]
+        off = abs(measured.wheels_mps[train] - felt_here)
+        uncertain = before.uncertain_m[train]
+        if measured.counted_m[train] != before.counted_m[train]:
+            correction = measured.balise_m[train] - measured.counted_m[train]
+            correction -= before.balise_m[train] - before.counted_m[train]
             retreat_m[train] = correction
             wrong[train] = abs(correction) > TOLD_M
             uncertain = 0.0
-        uncertain += step_s * max(off, off_before_mps[train], RATIO * felt)
-        uncertain_m[train] = uncertain
+        uncertain += step_s * max(off, before.off_mps[train], RATIO * felt_here)
         widened = max(uncertain - allowance_m, 0.0)
-        widened_m[train] = widened
-        retreat_m[train] += widened - widened_before_m[train]
-        place = balise_m[train] + (odometer_m[train] - counted_m[train])
+        off_mps[train], uncertain_m[train], widened_m[train] = off, uncertain, widened
+        retreat_m[train] += widened - before.widened_m[train]
+        counted = measured.odometer_m[train] - measured.counted_m[train]
+        place = measured.balise_m[train] + counted
         shift_m[train] = place + widened - front_m[train]
-        disagrees[train] = off > RATIO * felt + ROUNDING_MPS
-        found[train] = disagrees[train] and not disagreed[train]
-        news = news or found[train] or wrong[train]
-    return (
-        uncertain_m,
-        widened_m,
-        shift_m,
-        retreat_m,
-        off_mps,
-        disagrees,
-        found,
-        wrong,
-        news,
-    )
+        disagrees[train] = off > RATIO * felt_here + ROUNDING_MPS
+        found = disagrees[train] and not before.disagrees[train]
+        news = news or found or wrong[train]
+    return uncertain_m, widened_m, shift_m, retreat_m, off_mps, disagrees, wrong, news
 
 
 def _listen(

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.control_map.planned_run import stopping_place_m
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import Plain, compiled
+from kankaku.railway.plan.brake_table import BrakeTable, braked_stop_m
 from kankaku.railway.step.state import NOTHING
 
 COMMANDS = 10
@@ -160,7 +160,7 @@ def eoas_m(
     front_m: FloatArray,
     speed_mps: FloatArray,
     free_m: FloatArray,
-    figures: tuple[FloatArray, FloatArray, FloatArray],
+    brake_fields: Plain,
     tolerance_m: float,
 ) -> FloatArray:
     """
@@ -171,9 +171,9 @@ def eoas_m(
     front_m, speed_mps
         The plan. [m] and [m/s], shape (n_trains, n_moments)
     free_m
-        Limits of all limits. [m], shape (n_trains,)
-    figures
-        Twice the brake potential, row starts and service brakes.
+        How far the way is free. [m], shape (n_trains,)
+    brake_fields
+        Of :class:`~kankaku.railway.plan.brake_table.BrakeTable`, plain.
     tolerance_m
         The little. [m]
 
@@ -182,16 +182,10 @@ def eoas_m(
     FloatArray
         [m], shape (n_trains, n_moments)
     """
-    square, row_start, brake_mps2 = figures
+    braking = BrakeTable(*brake_fields)
     eoa_m = np.empty_like(front_m)
     for train in range(front_m.shape[0]):
         for moment in range(front_m.shape[1]):
-            stop_m = stopping_place_m(
-                square,
-                row_start[train],
-                front_m[train, moment],
-                speed_mps[train, moment],
-                brake_mps2[train],
-            )
+            stop_m = braked_stop_m(braking, train, front_m[train, moment], speed_mps[train, moment])
             eoa_m[train, moment] = min(stop_m + tolerance_m, free_m[train])
     return eoa_m

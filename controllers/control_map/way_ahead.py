@@ -117,6 +117,17 @@ class Grid(NamedTuple):
     moments: int
 
 
+class Others(NamedTuple):
+    """Where the others are."""
+
+    rear_m: FloatArray
+    """Rear of the bands. [m], shape (n_trains, n_moments)"""
+    gone: BoolArray
+    """Trains that have left the line. shape (n_trains,)"""
+    order: Order
+    """Who goes before whom."""
+
+
 class Ends(NamedTuple):
     """Where a train is, and how far it can come."""
 
@@ -126,14 +137,12 @@ class Ends(NamedTuple):
 
 
 @compiled
-def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
+def lower_to_bands(
     limits: EndsOfAuthority,
     row: int,
     ends: Ends,
     grid: Grid,
-    rear_m: FloatArray,
-    gone: BoolArray,
-    order: Order,
+    others: Others,
 ) -> None:
     """
     Lower a train's limits to the bands of those who go before it, at every moment.
@@ -148,14 +157,10 @@ def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
         Where it is.
     grid
         The moments.
-    rear_m
-        Rear of the bands. [m], shape (n_trains, n_moments)
-    gone
-        Trains that have left the line. shape (n_trains,)
-    order
-        Who goes before whom.
+    others
+        The bands of the others.
     """
-    eoa_m, eoa_by = limits
+    (rear_m, gone, order), (eoa_m, eoa_by) = others, limits
     last = order.entry_m.size - 1
     here = order.first[row]
     while here < last and ends.tail_m >= order.clear_m[here]:
@@ -219,14 +224,12 @@ def _locked_moments(row: int, section: int, grid: Grid, rear_m: FloatArray, orde
 
 
 @compiled
-def lower_to_obstructions(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+def lower_to_obstructions(
     limits: EndsOfAuthority,
     row: int,
     ends: Ends,
     grid: Grid,
-    rear_m: FloatArray,
-    gone: BoolArray,
-    order: Order,
+    others: Others,
     obstructions: Obstructions,
 ) -> None:
     """
@@ -242,15 +245,12 @@ def lower_to_obstructions(  # noqa: PLR0913, PLR0917 - compiled functions take p
         Where it is.
     grid
         The moments.
-    rear_m
-        Rear of the bands. [m], shape (n_trains, n_moments)
-    gone
-        Trains that have left the line. shape (n_trains,)
-    order
-        Who goes before whom.
+    others
+        The bands of the others.
     obstructions
         What stands in the way.
     """
+    rear_m, gone, order = others
     for number in range(obstructions.start_m.size):
         start_m = obstructions.start_m[number]
         if not obstructions.concerns[row, number] or obstructions.from_s[number] > grid.now_s:

@@ -4,6 +4,7 @@ from enum import IntEnum
 from typing import NamedTuple, TypeVar
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import Plain
 from kankaku.railway.step.obstructions import WaysideState
 
 
@@ -95,6 +96,16 @@ class UnitState(NamedTuple):
     """By how much the centre's clock is ahead. [s]"""
 
 
+class Whereabouts(NamedTuple):
+    """What compiled functions read of the trains in every step; see :class:`LineState`."""
+
+    front_m: FloatArray
+    tail_m: FloatArray
+    speed_mps: FloatArray
+    present: BoolArray
+    running: BoolArray
+
+
 class LineState(NamedTuple):
     """
     The line at one moment; arrays have shape (n_trains,), first train first.
@@ -133,6 +144,11 @@ class LineState(NamedTuple):
     """What has arrived by radio; None under a controller without."""
     units: UnitState | None = None
     """What units measure, where they may be wrong; None where all of them are exact."""
+
+    @property
+    def whereabouts(self) -> Plain:
+        """The fields of :class:`Whereabouts`."""
+        return self.front_m, self.tail_m, self.speed_mps, self.present, self.running
 
 
 class RadioPermission(NamedTuple):
