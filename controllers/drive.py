@@ -16,7 +16,14 @@ from kankaku.railway.plan.brake_table import (
 )
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Bound, Command
-from kankaku.railway.step.state import NOTHING, Advice, Authority, LineState, Whereabouts
+from kankaku.railway.step.state import (
+    NO_VERSION,
+    NOTHING,
+    Advice,
+    Authority,
+    LineState,
+    Whereabouts,
+)
 
 N_BOUNDS = 6
 # Plain numbers, as compiled functions want them.
@@ -83,9 +90,9 @@ class TractionDrive:
                 world.step_s,
             )
         )
-        self._nobody = np.zeros(world.size, dtype=np.bool_)
-        self._stop_m = np.full(world.size, np.nan)
-        self._stops = plain(Stops(self._stop_m, self._stop_m))
+        nowhere_m = np.full(world.size, np.nan)
+        self._stops = plain(Stops(nowhere_m, nowhere_m))
+        self._calls_version = NO_VERSION
 
     def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
         """
@@ -105,18 +112,17 @@ class TractionDrive:
         Command
             Next speeds and their bounds.
         """
-        if state.stop_m is not self._stop_m:
-            self._stop_m = state.stop_m
+        if state.calls_version != self._calls_version:
+            self._calls_version = state.calls_version
             v2_m2ps2 = braking_v2_each(self._braking, self._rows, state.stop_m)
             self._stops = plain(Stops(state.stop_m, v2_m2ps2))
-        link = authority.link
         asked = (
             authority.eoa_m,
             authority.delay_s,
             authority.eoa_by,
             authority.ceiling_mps,
             advice.ceiling_mps,
-            self._nobody if link is None else link.emergency,
+            authority.link.emergency,
         )
         return Command(*_command(state.whereabouts, asked, self._stops, self._abilities))
 

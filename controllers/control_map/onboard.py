@@ -10,6 +10,7 @@ from kankaku.controllers.protection.ceiling import LineCeiling, ceiling_ahead_mp
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.plan.brake_table import BrakeTable, braked_stop_m
+from kankaku.railway.plan.radio_spec import NEVER
 from kankaku.railway.step.state import NOTHING, LineState, Whereabouts
 
 HEADROOM_MPS = 0.3
@@ -31,10 +32,10 @@ class Held(NamedTuple):
     """Now, by the clocks of the trains. [s]"""
     to_stop_m: FloatArray
     """How far it is to their next stops, as platforms measure it. [m]"""
-    heard_s: FloatArray
-    """When the last telegram that each train has was sent. [s]"""
-    held_s: FloatArray
-    """When the commands were sent that each train has gone by. [s]"""
+    heard: IntArray
+    """Cycle of the last telegram that each train has."""
+    held: IntArray
+    """Cycle of the commands that each train has gone by."""
     held_m: FloatArray
     """The ends of authority kept so far. [m]"""
 
@@ -51,7 +52,7 @@ class Tempo(NamedTuple):
 @compiled
 def keep_bands(
     whereabouts: Plain, held_fields: Plain, sent_fields: Plain, tempo_fields: Plain, brakes: Plain
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, IntArray]:
     """
     Return the ends of authority that trains keep, and the speeds that they are commanded.
 
@@ -74,20 +75,20 @@ def keep_bands(
 
     Returns
     -------
-    tuple[FloatArray, FloatArray, FloatArray]
-        Ends of authority [m], speeds at the end of the step [m/s], inf without commands, and when
-        the commands were sent that each train goes by [s]; shape (n_trains,) each.
+    tuple[FloatArray, FloatArray, IntArray]
+        Ends of authority [m], speeds at the end of the step [m/s], inf without commands, and the
+        cycle of the commands that each train goes by; shape (n_trains,) each.
     """
     trains, held, sent = Whereabouts(*whereabouts), Held(*held_fields), Sent(*sent_fields)
     tempo, braking = Tempo(*tempo_fields), BrakeTable(*brakes)
     eoa_m, commanded_mps = trains.front_m.copy(), np.full(trains.front_m.size, np.inf)
-    goes_by_s = held.held_s.copy()
+    goes_by = held.held.copy()
     for train in range(eoa_m.size):
         if not trains.present[train]:
             continue
-        slot = _slot(train, held.heard_s[train], goes_by_s, sent)
+        slot = _slot(train, held.heard[train], goes_by, sent)
         front_m, speed_mps = trains.front_m[train], trains.speed_mps[train]
-        if slot < 0 or goes_by_s[train] == -np.inf:
+        if slot < 0 or goes_by[train] == NEVER:
             # Nothing yet, or nothing for so long that the train has braked in emergency.
             eoa_m[train] = max(held.held_m[train], front_m)
             continue
@@ -104,19 +105,19 @@ def keep_bands(
         if 0.0 < held.to_stop_m[train] < NEAR_M:
             # The platform measures the last metres, whatever the centre believes.
             commanded_mps[train] = max(commanded_mps[train], CREEP_MPS)
-    return eoa_m, commanded_mps, goes_by_s
+    return eoa_m, commanded_mps, goes_by
 
 
 @compiled
-def _slot(train: int, heard_s: float, goes_by_s: FloatArray, sent: Sent) -> int:
-    """Return the telegram that a train goes by, -1 for none, and write when it was sent."""
+def _slot(train: int, heard: int, goes_by: IntArray, sent: Sent) -> int:
+    """Return the telegram that a train goes by, -1 for none, and write its cycle."""
     slot = -1
-    for number in range(sent.sent_s.size):
+    for number in range(sent.cycle.size):
         has_commands = sent.furthest_m[number, train] > -np.inf
-        if sent.sent_s[number] == heard_s and has_commands:
-            goes_by_s[train] = heard_s
-    for number in range(sent.sent_s.size):
-        if sent.sent_s[number] == goes_by_s[train]:
+        if sent.cycle[number] == heard and has_commands:
+            goes_by[train] = heard
+    for number in range(sent.cycle.size):
+        if sent.cycle[number] == goes_by[train]:
             slot = number
     return slot
 
@@ -134,24 +135,24 @@ def _at_moment(values: FloatArray, since: float) -> float:
 @compiled
 def behind_bands(
     eoa_m: FloatArray,
-    sent_s: FloatArray,
+    cycle: IntArray,
     free_m: FloatArray,
     behind: tuple[IntArray, IntArray],
-    held_s: FloatArray,
+    held: IntArray,
 ) -> IntArray:
     """
-    Return what is behind the limits and the speeds that trains keep.
+    Return what is behind the ends and the speeds that trains keep.
 
     Parameters
     ----------
     eoa_m
-        The limits. [m], shape (n_trains,)
-    sent_s, free_m
+        The ends of authority. [m], shape (n_trains,)
+    cycle, free_m
         As in :class:`~kankaku.controllers.control_map.telegrams.Sent`.
     behind
         What the way was free up to, and what runs were slowed by. shape (n_slots, n_trains) each
-    held_s
-        When the commands were sent that each train goes by. [s], shape (n_trains,)
+    held
+        Cycle of the commands that each train goes by. shape (n_trains,)
 
     Returns
     -------
@@ -161,8 +162,8 @@ def behind_bands(
     free_by, slowed_by = behind
     found = np.full(eoa_m.size, NOTHING)
     for train in range(eoa_m.size):
-        for slot in range(sent_s.size):
-            if sent_s[slot] == held_s[train] and held_s[train] > -np.inf:
+        for slot in range(cycle.size):
+            if cycle[slot] == held[train] and held[train] != NEVER:
                 ends = eoa_m[train] >= free_m[slot, train]
                 found[train] = free_by[slot, train] if ends else slowed_by[slot, train]
     return found

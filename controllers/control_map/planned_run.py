@@ -1,8 +1,8 @@
 """
 A run along the way ahead: the drive's own formulas on the grid of the control map.
 
-A run keeps its limits as the train will, with the service brake; so the band of a run that
-this module returns lies before the limits by construction.
+A run keeps its ends of authority as the train will, with the service brake; so the band of a run
+that this module returns lies before them by construction.
 """
 
 from typing import NamedTuple

@@ -10,6 +10,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kankaku.controllers.control_map.planned_map import (
+    MOST_OLD,
+    Aims,
+    Horizon,
+    Known,
+    MapPlan,
+    Scratch,
+    blank_map,
+    scratch_for,
+)
 from kankaku.controllers.control_map.planned_run import RunPlace, Task, Trains, run
 from kankaku.controllers.control_map.way_ahead import (
     Ends,
@@ -23,7 +33,7 @@ from kankaku.controllers.control_map.way_ahead import (
     lower_to_obstructions,
 )
 from kankaku.controllers.protection.ceiling import ceiling_here_mps
-from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import compiled
 from kankaku.railway.motion.traction_table import level_gain_mps
 from kankaku.railway.plan.brake_table import braked_stop_m, braking_v2_at
@@ -37,95 +47,8 @@ LEAST_MPS = 1.0
 """Nobody is asked to go slower. [m/s]"""
 CREEP_M = 3.0
 """Who stands between stations stays there rather than move up by less. [m]"""
-MOST_OLD = 10
-"""Steps for which a report is run on to the present; nobody plans with an older one. [-]"""
 REACH_M = 3000.0
 """Bands and obstructions further ahead than this concern nobody. [m]"""
-
-
-class Known(NamedTuple):
-    """What the centre knows of trains; arrays of shape (n_trains,)."""
-
-    since_s: FloatArray
-    """When the last report was made. [s]"""
-    front_m: FloatArray
-    speed_mps: FloatArray
-    call: IntArray
-    leaves_s: FloatArray
-    """When a train that stands at its stop leaves at the earliest; inf for others. [s]"""
-    on_line: BoolArray
-    gone: BoolArray
-    """Trains that have left the line."""
-    granted_to_m: FloatArray
-    """Where the first thing begins that is not granted to the train. [m]"""
-    granted_by: IntArray
-    """What that is."""
-
-
-class Horizon(NamedTuple):
-    """How far maps reach, and what they keep in reserve."""
-
-    moments: int
-    old_steps: int
-    """Longest delay of a message that a train brakes, in steps. [-]"""
-    reserve_steps: int
-    """How much longer than it has to a train stands at its stop. [-]"""
-
-
-class Scratch(NamedTuple):
-    """Arrays that are written again for every train; shape (n_moments,) unless said."""
-
-    eoa_m: FloatArray
-    eoa_by: IntArray
-    """What is behind each limit."""
-    end_v2_m2ps2: FloatArray
-    """Twice the brake potential at the ends of authority, margin taken off. [m2/s2]"""
-    kept_v2_m2ps2: FloatArray
-    """The same of the end that a train has kept since its report. [m2/s2], as path_m"""
-    cap_mps: FloatArray
-    trial_front_m: FloatArray
-    trial_speed_mps: FloatArray
-    path_m: FloatArray
-    """A run from the train's report on. [m], shape (MOST_OLD + n_moments,)"""
-    path_mps: FloatArray
-
-
-class Aims(NamedTuple):
-    """What a slower run is chosen by."""
-
-    call: int
-    """The call that it runs to."""
-    due_s: float
-    """When it is to be there at the earliest. [s]"""
-    end_s: float
-    """When the map ends. [s]"""
-    fastest_mps: float
-    """The line ceiling. [m/s]"""
-
-
-class MapPlan(NamedTuple):
-    """Run curves and bands on the grid of the map."""
-
-    made_s: float
-    front_m: FloatArray
-    """Run curves. [m], shape (n_trains, n_moments)"""
-    speed_mps: FloatArray
-    """[m/s], shape (n_trains, n_moments)"""
-    rear_m: FloatArray
-    """Rear of the bands. [m], shape (n_trains, n_moments)"""
-    ahead_m: FloatArray
-    """Front of the bands: where trains can stop, and the margin. [m], (n_trains, n_moments)"""
-    free_m: FloatArray
-    """Up to here the way was free when the map was made, margin taken off. [m], (n_trains,)"""
-    planned: BoolArray
-    """The train has been heard of lately and has a run. shape (n_trains,)"""
-    free_by: IntArray
-    """
-    What the way was free up to, as :attr:`kankaku.railway.step.state.Authority.eoa_by`.
-    (n_trains,)
-    """
-    slowed_by: IntArray
-    """What the run is slower for than the line allows; ``NOTHING`` if it is not. (n_trains,)"""
 
 
 class Scene(NamedTuple):
@@ -157,7 +80,10 @@ def make_plan(scene: Scene, earlier: MapPlan) -> MapPlan:
         Run curves and bands.
     """
     grid, known, trains = scene.grid, scene.known, scene.trains
-    plan, scratch = _blank(grid.now_s, trains.length_m.size, grid.moments), _scratch(grid.moments)
+    plan, scratch = (
+        blank_map(grid.now_s, trains.length_m.size, grid.moments),
+        scratch_for(grid.moments),
+    )
     for row in range(trains.length_m.size):
         tail_m = known.front_m[row] - trains.length_m[row]
         plan.front_m[row] = plan.ahead_m[row] = known.front_m[row]
@@ -175,34 +101,17 @@ def make_plan(scene: Scene, earlier: MapPlan) -> MapPlan:
 
 
 @compiled
-def _blank(now_s: float, size: int, moments: int) -> MapPlan:
-    """Return a map before anybody is planned for."""
-    shape = size, moments
-    return MapPlan(
-        now_s,
-        np.empty(shape),
-        np.zeros(shape),
-        np.empty(shape),
-        np.empty(shape),
-        np.zeros(size),
-        np.zeros(size, dtype=np.bool_),
-        np.full(size, NOTHING),
-        np.full(size, NOTHING),
-    )
-
-
-@compiled
 def _look_ahead(scene: Scene, row: int, place: RunPlace, plan: MapPlan, scratch: Scratch) -> None:
     """Write how far the way of a train is free at every moment, by bands and obstructions."""
     known, trains, order = scene.known, scene.trains, scene.order
-    limits = EndsOfAuthority(scratch.eoa_m, scratch.eoa_by)
+    eoas = EndsOfAuthority(scratch.eoa_m, scratch.eoa_by)
     tail_m = known.front_m[row] - trains.length_m[row]
     ends = Ends(place.front_m, tail_m, place.front_m + REACH_M)
-    eoa_m, eoa_by = limits
+    eoa_m, eoa_by = eoas
     eoa_m[:], eoa_by[:] = trains.far_m, NOTHING
     others = Others(plan.rear_m, known.gone, order)
-    lower_to_bands(limits, row, ends, scene.grid, others)
-    lower_to_obstructions(limits, row, ends, scene.grid, others, scene.obstructions)
+    lower_to_bands(eoas, row, ends, scene.grid, others)
+    lower_to_obstructions(eoas, row, ends, scene.grid, others, scene.obstructions)
     granted = known.granted_to_m[row] < eoa_m[0]
     plan.free_by[row] = known.granted_by[row] if granted else eoa_by[0]
     plan.free_m[row] = min(eoa_m[0], known.granted_to_m[row]) - trains.margin_m
@@ -217,7 +126,7 @@ def _plan_train(
     scene: Scene, row: int, old: int, place: RunPlace, plan: MapPlan, scratch: Scratch
 ) -> None:
     """Write the run and the band of a train that may go as far as was looked ahead."""
-    trains, limits = scene.trains, EndsOfAuthority(scratch.eoa_m, scratch.eoa_by)
+    trains, eoas = scene.trains, EndsOfAuthority(scratch.eoa_m, scratch.eoa_by)
     front_m, speed_mps, ahead_m = plan.front_m[row], plan.speed_mps[row], plan.ahead_m[row]
     for _ in range(2):
         hindered = _choose(trains, row, place, scene.grid, scratch, (front_m, speed_mps))
@@ -225,25 +134,9 @@ def _plan_train(
         _write_rears(scene, row, old, scratch, front_m, plan.rear_m[row])
         _write_stopping(trains, row, front_m, speed_mps, ahead_m)
         announced = scene.obstructions
-        if not lower_to_announced(limits, row, place.front_m, scene.grid, ahead_m, announced):
+        if not lower_to_announced(eoas, row, place.front_m, scene.grid, ahead_m, announced):
             break
     plan.ahead_m[row] += trains.margin_m
-
-
-@compiled
-def _scratch(moments: int) -> Scratch:
-    path = MOST_OLD + moments
-    return Scratch(
-        np.empty(moments),
-        np.empty(moments, dtype=np.intp),
-        np.empty(moments),
-        np.empty(path),
-        np.empty(path),
-        np.empty(moments),
-        np.empty(moments),
-        np.empty(path),
-        np.empty(path),
-    )
 
 
 @compiled

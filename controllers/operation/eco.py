@@ -154,7 +154,7 @@ class Eco:
             rows = np.flatnonzero(behind).tolist()
             memory = _with_tables(memory, {row: self._plan(state, row) for row in rows}, state)
             ceiling_mps, reason, _ = self._follow(state, authority, memory)
-        return Advice(ceiling_mps, reason), memory
+        return Advice(ceiling_mps, reason, self._nothing.cause), memory
 
     def _with_events(self, state: LineState, memory: EcoPlans) -> EcoPlans:
         """Plan for those who are released, and forget the plans of those who have arrived."""

@@ -32,7 +32,7 @@ from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, Authority, LineState, Whereabouts
+from kankaku.railway.step.state import NOTHING, AtOnce, Authority, LineState, Whereabouts
 from kankaku.railway.wayside.detection import Sight
 
 KMH_PER_MPS = 3.6
@@ -134,6 +134,7 @@ class Atd:
         self.release_delay_s = world.line.release_delay_s
         self._ceiling = LineCeiling(world, world.profile)
         self._no_delay_s = np.zeros(world.size)
+        self._at_once = AtOnce(world.size)
         self._patterns = plain(
             Patterns(
                 world.braking,
@@ -175,7 +176,7 @@ class Atd:
         Returns
         -------
         tuple[Authority, Braked]
-            Limits before occupied circuits, ceilings by pattern and line, and the next memory.
+            Ends before occupied circuits, ceilings by pattern and line, and the next memory.
         """
         sight = self._detection.look_ahead(state, memory.sight)
         after = Braked(sight, memory.brake_mps2.copy(), memory.tripped.copy())
@@ -187,7 +188,8 @@ class Atd:
             self._control,
             self._line_ceiling,
         )
-        authority = Authority(eoa_m, ceiling_mps, self._no_delay_s, eoa_by, ceiling_by)
+        bounds, link = (eoa_m, ceiling_mps, self._no_delay_s), self._at_once.permission(eoa_m)
+        authority = Authority(*bounds, eoa_by, ceiling_by, link)
         return authority, after
 
     def eoa_behind_m(
@@ -199,7 +201,7 @@ class Atd:
         leader_speed_mps: FloatArray,  # noqa: ARG002 - the leader is taken as standing
     ) -> FloatArray:
         """
-        Return the limit of a train behind its leader.
+        Return the end of authority of a train behind its leader.
 
         Parameters
         ----------
@@ -225,7 +227,7 @@ class Atd:
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
-        Return the control pattern that a train is sent behind a limit that stays.
+        Return the control pattern that a train is sent before an end of authority that stays.
 
         Parameters
         ----------
@@ -234,7 +236,7 @@ class Atd:
         front_m
             Places of its front. [m], shape (n_places,)
         eoa_m
-            Its limits. [m], shape (n_places,)
+            Its ends of authority. [m], shape (n_places,)
 
         Returns
         -------

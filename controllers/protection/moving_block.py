@@ -29,7 +29,14 @@ from kankaku.railway.plan.profile import build_profile
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, Authority, LineState, Whereabouts
+from kankaku.railway.step.state import (
+    NO_VERSION,
+    NOTHING,
+    AtOnce,
+    Authority,
+    LineState,
+    Whereabouts,
+)
 
 ENTERED_M = 1.0
 """A front this far in a platform section has entered it; one at its start may be off a bit. [m]"""
@@ -107,7 +114,7 @@ class Obstacles(NamedTuple):
 class Ahead(NamedTuple):
     """The platform section at every train's next call; it stays until calls change."""
 
-    next_call: IntArray
+    calls_version: int
     section_m: FloatArray
     """Start and end. [m], shape (2, n_trains)"""
 
@@ -128,6 +135,7 @@ class MovingBlock:
             self.profile = build_profile(world.line, world.train_types, buffers)
         self.delay_s = buffers.delay_s
         self._delays_s = np.full(world.size, buffers.delay_s)
+        self._at_once = AtOnce(world.size)
         self._own_ceiling = np.full(world.size, NOTHING, dtype=np.intp)
         self.ceiling = LineCeiling(world, self.profile)
         self._line_ceiling = plain(self.ceiling.figures)
@@ -151,7 +159,7 @@ class MovingBlock:
         Ahead
             Of no call.
         """
-        return Ahead(np.zeros(0, dtype=np.intp), np.zeros((2, 0)))
+        return Ahead(NO_VERSION, np.zeros((2, 0)))
 
     def authorise(self, state: LineState, memory: Ahead) -> tuple[Authority, Ahead]:
         """
@@ -167,11 +175,11 @@ class MovingBlock:
         Returns
         -------
         tuple[Authority, Ahead]
-            Limits, ceilings and delays, and the next memory.
+            Ends, ceilings and delays, and the next memory.
         """
-        if state.next_call is not memory.next_call:
+        if state.calls_version != memory.calls_version:
             rows = np.arange(self._world.size)
-            memory = Ahead(state.next_call, self._world.platform_m[:, rows, state.next_call])
+            memory = Ahead(state.calls_version, self._world.platform_m[:, rows, state.next_call])
         obstacles = (
             state.clear_to_m,
             state.granted_by,
@@ -182,8 +190,8 @@ class MovingBlock:
         eoa_m, ceiling_mps, eoa_by = _authorise(
             state.whereabouts, obstacles, self._spacing, self._line_ceiling
         )
-        authority = Authority(eoa_m, ceiling_mps, self._delays_s, eoa_by, self._own_ceiling)
-        return authority, memory
+        bounds, by = (eoa_m, ceiling_mps, self._delays_s), (eoa_by, self._own_ceiling)
+        return Authority(*bounds, *by, self._at_once.permission(eoa_m)), memory
 
     def eoa_behind_m(
         self,
@@ -222,7 +230,7 @@ class MovingBlock:
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
-        Return the speed from which the service brake keeps a limit that stays.
+        Return the speed from which the service brake keeps an end of authority that stays.
 
         Parameters
         ----------
@@ -231,7 +239,7 @@ class MovingBlock:
         front_m
             Places of its front. [m], shape (n_places,)
         eoa_m
-            Its limits. [m], shape (n_places,)
+            Its ends of authority. [m], shape (n_places,)
 
         Returns
         -------

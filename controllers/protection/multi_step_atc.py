@@ -22,7 +22,7 @@ from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, Authority, LineState, Whereabouts
+from kankaku.railway.step.state import NOTHING, AtOnce, Authority, LineState, Whereabouts
 from kankaku.railway.wayside.detection import Sight
 from kankaku.railway.wayside.tiling import Tiling, place_of, place_of_front
 
@@ -123,6 +123,7 @@ class MultiStepAtc:
         )
         self._line_ceiling = plain(self._ceiling.figures)
         self._no_delay_s = np.zeros(world.size)
+        self._at_once = AtOnce(world.size)
 
     def warnings(self) -> tuple[str, ...]:
         """
@@ -164,7 +165,7 @@ class MultiStepAtc:
         Returns
         -------
         tuple[Authority, Shown]
-            Limits at occupied blocks, ceilings by code and line, and the next memory.
+            Ends at occupied blocks, ceilings by code and line, and the next memory.
         """
         sight = self._detection.look_ahead(state, memory.sight)
         onboard = memory.onboard.copy()
@@ -176,7 +177,8 @@ class MultiStepAtc:
             (self._signals, self._blocks),
             self._line_ceiling,
         )
-        authority = Authority(eoa_m, ceiling_mps, self._no_delay_s, eoa_by, ceiling_by)
+        bounds, link = (eoa_m, ceiling_mps, self._no_delay_s), self._at_once.permission(eoa_m)
+        authority = Authority(*bounds, eoa_by, ceiling_by, link)
         return authority, Shown(sight, onboard)
 
     def eoa_behind_m(
@@ -188,7 +190,7 @@ class MultiStepAtc:
         leader_speed_mps: FloatArray,  # noqa: ARG002 - the leader is taken as standing
     ) -> FloatArray:
         """
-        Return the limit of a train behind its leader.
+        Return the end of authority of a train behind its leader.
 
         Parameters
         ----------
@@ -216,7 +218,7 @@ class MultiStepAtc:
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
-        Return the code that a train is shown behind a limit that stays.
+        Return the code that a train is shown before an end of authority that stays.
 
         Parameters
         ----------
@@ -225,7 +227,7 @@ class MultiStepAtc:
         front_m
             Places of its front. [m], shape (n_places,)
         eoa_m
-            Its limits. [m], shape (n_places,)
+            Its ends of authority. [m], shape (n_places,)
 
         Returns
         -------

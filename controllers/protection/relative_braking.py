@@ -3,7 +3,7 @@ Relative braking: up to where the leader's rear comes to a stand if it brakes it
 
 The method of Takaoka et al. 1991, section 2.3 (level C), for comparison with absolute braking
 distances. It is *not* safe against a leader that stops shorter than its brakes can stop it,
-such as one that derails or collides; that is the stated limit of the method. A leader whose
+such as one that derails or collides; that is what the method does not cover. A leader whose
 emergency brake is stronger than the one assumed is refused: behind it the authority ends at its
 rear, taken as standing.
 """
@@ -21,7 +21,7 @@ from kankaku.railway.plan.brake_table import SPACING_M, BrakeTable, braking_v2_a
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, Authority, LineState, Whereabouts
+from kankaku.railway.step.state import NOTHING, AtOnce, Authority, LineState, Whereabouts
 
 EXACT_M = 0.01
 """How exactly the place of a stand is found, on the near side. [m]"""
@@ -69,6 +69,7 @@ class RelativeBraking:
         self.promises = Promises(options.margin_m)
         self.ceiling = LineCeiling(world, world.profile)
         self._no_delay_s = np.zeros(world.size)
+        self._at_once = AtOnce(world.size)
         self._own_ceiling = np.full(world.size, NOTHING, dtype=np.intp)
         brake_mps2 = options.leader_brake_kmhps / 3.6
         self.accepted: BoolArray = world.of_type("emergency_brake_mps2") <= brake_mps2
@@ -101,12 +102,13 @@ class RelativeBraking:
         Returns
         -------
         tuple[Authority, tuple[()]]
-            Limits and ceilings, and nothing to remember.
+            Ends and ceilings, and nothing to remember.
         """
         granted, ahead = (state.granted_to_m, state.granted_by), (state.leader, state.follows)
         eoa_m, eoa_by = _eoas_m(state.whereabouts, granted, ahead, self._leaders)
         bounds = eoa_m, self.ceiling.ahead_mps(state), self._no_delay_s
-        return Authority(*bounds, eoa_by, self._own_ceiling), memory
+        link = self._at_once.permission(eoa_m)
+        return Authority(*bounds, eoa_by, self._own_ceiling, link), memory
 
     def eoa_behind_m(
         self,
@@ -117,7 +119,7 @@ class RelativeBraking:
         leader_speed_mps: FloatArray,
     ) -> FloatArray:
         """
-        Return the limit of a train behind its leader.
+        Return the end of authority of a train behind its leader.
 
         Parameters
         ----------
@@ -145,7 +147,7 @@ class RelativeBraking:
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
-        Return the speed from which the service brake keeps a limit that stays.
+        Return the speed from which the service brake keeps an end of authority that stays.
 
         Parameters
         ----------
@@ -154,7 +156,7 @@ class RelativeBraking:
         front_m
             Places of its front. [m], shape (n_places,)
         eoa_m
-            Its limits. [m], shape (n_places,)
+            Its ends of authority. [m], shape (n_places,)
 
         Returns
         -------

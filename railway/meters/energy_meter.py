@@ -1,5 +1,7 @@
 """Energy: traction, braking, regeneration and auxiliaries, closed by a work-energy balance."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
@@ -82,6 +84,17 @@ class EnergyMeter:
         }
         for name, values in added.items():
             self._sums[name][rows] += values.sum(axis=0)
+
+    def measured(self) -> Mapping[str, EnergyAccount]:
+        """
+        Return what was measured.
+
+        Returns
+        -------
+        Mapping[str, EnergyAccount]
+            By field of :class:`~kankaku.railway.step.records.RunRecord`.
+        """
+        return {"energy": self.account()}
 
     def account(self) -> EnergyAccount:
         """

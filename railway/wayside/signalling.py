@@ -53,6 +53,8 @@ class Wayside:
         """A work zone is requested that is not established yet."""
         self.state: WaysideState = unobstructed(world.size, world.far_m)
         """What signalling knows now."""
+        self.version = 0
+        """Another one when that is another."""
 
     def update(
         self,
@@ -198,3 +200,4 @@ class Wayside:
         )
         if not all(map(np.array_equal, renewed, self.state)):
             self.state = renewed
+            self.version += 1

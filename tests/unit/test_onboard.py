@@ -39,6 +39,7 @@ def keep(
     """Ask one train that has heard a telegram sent at 100 s; it went by one of 99 s before."""
     one, front_m = np.ones(1, dtype=np.bool_), np.array([FRONT_M])
     sent = nothing_sent(1)._replace(
+        cycle=np.array([100, 99]),
         sent_s=np.array([100.0, 99.0]),
         eoa_m=np.array([[eoas_m], [(1100.0,) * 11]]),
         speed_mps=np.array([[planned_mps], [(5.0,) * 11]]),
@@ -48,8 +49,8 @@ def keep(
     held = Held(
         clock_s=np.array([100.0 + since_s]),
         to_stop_m=np.array([to_stop_m]),
-        heard_s=np.array([100.0]),
-        held_s=np.array([99.0]),
+        heard=np.array([100]),
+        held=np.array([99]),
         held_m=np.array([held_m]),
     )
     eoa_m, commanded_mps, goes_by_s = keep_bands(

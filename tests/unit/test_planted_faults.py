@@ -8,7 +8,7 @@ import pytest
 
 from kankaku.controllers.control_map import map_protection
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions, Memory
-from kankaku.controllers.control_map.planner import MapPlan
+from kankaku.controllers.control_map.planned_map import MapPlan
 from kankaku.controllers.control_map.wrong_maps import WrongMaps
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import BoolArray, FloatArray

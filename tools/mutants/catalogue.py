@@ -4,14 +4,18 @@ from typing import NamedTuple
 
 PROFILE = "railway/plan/profile.py"
 LEADERS = "railway/wayside/leaders.py"
-TRACKSIDE = "railway/wayside/trackside.py"
+POINT_MACHINE = "railway/wayside/point_machine.py"
+LEVEL_CROSSING = "railway/wayside/level_crossing.py"
+LOOKING = "railway/wayside/looking.py"
 DRIVE = "controllers/drive.py"
 MOVING_BLOCK = "controllers/protection/moving_block.py"
 OVER_RADIO = "controllers/centre/over_radio.py"
 CONTROL_MAP = "controllers/control_map/map_protection.py"
 BRAKE = "train.service_brake_mps2 * (grid_m - origin_m)"
 TAIL = "tail_m = front_m - self._world.length_m"
-TOUCHED = "[train]:\n            circuit = circuits.piece[place]\n            touched_s[circuit] ="
+TOUCHED = (
+    "[train]:\n            circuit = circuits.piece[place]\n            touched_s[circuit] = time_s"
+)
 EMERGENCY = "brakes = emergency(memory.emergency, state, radio.heard_s, HORIZON_S)"
 
 
@@ -95,7 +99,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "points released 60 m early (machine)",
         "moving",
         (
-            TRACKSIDE,
+            POINT_MACHINE,
             "place_m = turnout.fouling_start_m, turnout.fouling_end_m",
             "place_m = turnout.fouling_start_m, turnout.fouling_end_m - 60.0",
         ),
@@ -105,9 +109,9 @@ MUTANTS: tuple[Mutant, ...] = (
             f"circuit released by the front ({controller})",
             controller,
             (
-                "railway/wayside/detection.py",
-                f"circuits.end_m[place] > tail_m{TOUCHED}",
-                f"circuits.end_m[place] > front_m{TOUCHED}",
+                LOOKING,
+                f"circuits.end_m[place] > trains.tail_m{TOUCHED}",
+                f"circuits.end_m[place] > trains.front_m{TOUCHED}",
             ),
         )
         for controller in ("atc", "atd")
@@ -117,17 +121,22 @@ MUTANTS: tuple[Mutant, ...] = (
         "moving",
         (
             "railway/loop/simulate.py",
-            "    steps, now_s, failure =",
-            "    given = []\n    steps, now_s, failure =",
+            "        self._first = True",
+            "        self._first, self._given = True, []",
         ),
         (
             "railway/loop/simulate.py",
-            "authority, permitted = protection.authorise(state, permitted)",
+            "authority, self._permitted = protection.authorise(state, self._permitted)",
             (
-                "authority, permitted = protection.authorise(state, permitted)\n"
-                "            given.append(authority)\n"
-                "            authority = given[max(len(given) - 1 - round(2.0 / world.step_s), 0)]"
+                "authority, self._permitted = protection.authorise(state, self._permitted)\n"
+                "        self._given.append(authority)\n"
+                "        authority = self._given[max(len(self._given) - 1 - OLD_STEPS, 0)]"
             ),
+        ),
+        (
+            "railway/loop/simulate.py",
+            "REPORT_EVERY_STEPS = 1000",
+            "REPORT_EVERY_STEPS, OLD_STEPS = 1000, 20",
         ),
     ),
     _mutant(
@@ -138,7 +147,11 @@ MUTANTS: tuple[Mutant, ...] = (
     _mutant(
         "no turnout lock (wayside)",
         "moving",
-        (TRACKSIDE, "self.concerns[waiting[first:]] = True", "self.concerns[waiting[:0]] = True"),
+        (
+            POINT_MACHINE,
+            "self.concerns[waiting[first:]] = True",
+            "self.concerns[waiting[:0]] = True",
+        ),
     ),
     _mutant(
         "obstructions ignored",
@@ -153,7 +166,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "points throw in 0 s",
         "moving",
         (
-            TRACKSIDE,
+            POINT_MACHINE,
             "ready_s = time_s + self._turnout.throw_s + self._turnout.proof_s",
             "ready_s = time_s",
         ),
@@ -162,7 +175,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "crossing never closes",
         "moving",
         (
-            TRACKSIDE,
+            LEVEL_CROSSING,
             "free = struck & scene.due(self._closed_s)",
             "free = self._users & ~passed",
         ),
@@ -171,7 +184,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "crossing closes in half the time",
         "moving",
         (
-            TRACKSIDE,
+            LEVEL_CROSSING,
             "self._closed_s = time_s + self._crossing.closing_s",
             "self._closed_s = time_s + 0.5 * self._crossing.closing_s",
         ),
@@ -181,7 +194,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "moving",
         (LEADERS, "turnout.fouling_start_m if turnout", "turnout.fouling_start_m + 30 if turnout"),
         (
-            TRACKSIDE,
+            POINT_MACHINE,
             "place_m = turnout.fouling_start_m, turnout.fouling_end_m",
             "place_m = turnout.fouling_start_m + 30.0, turnout.fouling_end_m",
         ),
