@@ -21,10 +21,13 @@ from kankaku.asking import MOST_JOBS, MOST_SEEDS, SEED_MAX, STEP_RANGE_S
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import named, with_settings
 from kankaku.controllers.layers import Layer
-from kankaku.railway.failures.unit_failures import UnitFailure
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.failures.unit_failures import UnitFailure, failing
 from kankaku.railway.loop.simulate import simulate
+from kankaku.railway.meters.all_meters import all_meters
 from kankaku.railway.motion.feasibility import assess
 from kankaku.railway.places import CACHE, chosen_cache, refuse_unwritable, temporary_folder
+from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World, build_world
 from kankaku.railway.step.records import RunRecord
@@ -147,16 +150,15 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         with tempfile.TemporaryDirectory(prefix="kankaku-", dir=temporary_folder()) as folder:
             files = write(scenario, world, delays_s, Path(folder))
             with engine(files, world, gui=gui) as sumo:
+                run, units = _run_of(scenario, world, delays_s, seed), None
+                if unit_failures is not None:
+                    run, units = failing(run, unit_failures)
                 record = simulate(
-                    world,
+                    run,
                     wrap("engine", sumo),
                     controller,
-                    delays_s,
-                    seed=seed,
-                    patience_s=scenario.patience_s,
-                    disruptions=scenario.disruptions,
-                    radio=scenario.radio,
-                    unit_failures=unit_failures,
+                    all_meters(world),
+                    units=units,
                     progress=progress,
                 )
     except Exception:
@@ -164,6 +166,10 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         if record is None or not record.failure:
             raise
     return record
+
+
+def _run_of(scenario: Scenario, world: World, delays_s: FloatArray, seed: int) -> Run:
+    return Run(world, delays_s, seed, scenario.patience_s, scenario.disruptions, scenario.radio)
 
 
 def run_study(
