@@ -112,7 +112,8 @@ def authority_problems(authority: object, state: LineState) -> Iterator[str]:
     rows = {name: getattr(authority, name) for name in ("eoa_by", "ceiling_by")}
     yield from _malformed(numbers, "f", state)
     yield from _malformed(rows, "iu", state)
-    if not isinstance(authority.link, RadioPermission):
+    link: object = authority.link
+    if not isinstance(link, RadioPermission):
         yield "link is no RadioPermission: AtOnce makes one where there is no radio"
     if not all(_is_array(values, "f", state) for values in numbers.values()):
         return
