@@ -152,7 +152,7 @@ def _command(
         bounds[TRACTION, train] = max(pulled_mps(able.traction, train, front_m, speed), 0.0)
         bounds[CEILING, train] = asked.ceiling_mps[train]
         bounds[ADVICE, train] = asked.advised_mps[train]
-        bounds[LIMIT, train] = _to_end_mps(asked, able, train, front_m, speed)
+        bounds[LIMIT, train] = _to_end_mps(asked, able, train, front_m, speed, (here, loss))
         bounds[STOP, train] = next_speed_mps(speed, stops.v2_m2ps2[train] - here, loss, 0.0)
         bounds[EMERGENCY, train] = np.inf
         wish = max(bounds[:, train].min(), speed - loss)
@@ -172,14 +172,19 @@ def _abilities(fields: Plain) -> Abilities:
 
 
 @compiled
-def _to_end_mps(asked: Asked, able: Abilities, train: int, front_m: float, speed: float) -> float:
+def _to_end_mps(
+    asked: Asked,
+    able: Abilities,
+    train: int,
+    front_m: float,
+    speed: float,
+    braked: tuple[float, float],
+) -> float:
     """Return the speed after a step on the brake curve to the end of authority."""
-    loss = braking_loss_mps(able.braking, train, front_m, speed, able.step_s)
-    lag = 0.0
+    (here, loss), lag = braked, 0.0
     if asked.delay_s[train] > 0.0:
         lag = braking_loss_mps(able.braking, train, front_m, speed, asked.delay_s[train])
     end_m = min(max(asked.eoa_m[train], able.near_m), able.far_m)
-    here = braking_v2_at(able.braking, train, front_m)
     ahead = braking_v2_at(able.braking, train, end_m)
     return float(next_speed_mps(speed, ahead - here, loss, lag))
 
