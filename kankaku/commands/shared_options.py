@@ -62,3 +62,18 @@ Out: TypeAlias = Annotated[Path, typer.Option(help="Where results go.")]
 Fresh: TypeAlias = Annotated[
     bool, typer.Option("--fresh", help="Start anew instead of continuing earlier runs.")
 ]
+
+
+def _show_versions(value: bool) -> None:
+    if value:
+        # Here, because it reads all controllers.
+        from kankaku.commands.listing import versions  # noqa: PLC0415
+
+        typer.echo(versions())
+        raise typer.Exit
+
+
+Version: TypeAlias = Annotated[
+    bool,
+    typer.Option("--version", callback=_show_versions, is_eager=True, help="Show what runs here."),
+]
