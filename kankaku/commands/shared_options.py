@@ -1,6 +1,8 @@
 """The options that several commands share."""
 
 import os
+import platform
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, TypeAlias
 
@@ -64,11 +66,21 @@ Fresh: TypeAlias = Annotated[
 ]
 
 
+def versions() -> str:
+    """
+    Return what runs here.
+
+    Returns
+    -------
+    str
+        Versions of this program, SUMO and Python.
+    """
+    python = platform.python_version()
+    return f"kankaku {version('kankaku')}, SUMO {version('eclipse-sumo')}, Python {python}"
+
+
 def _show_versions(value: bool) -> None:
     if value:
-        # Here, because it reads all controllers.
-        from kankaku.commands.listing import versions  # noqa: PLC0415
-
         typer.echo(versions())
         raise typer.Exit
 
