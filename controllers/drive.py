@@ -1,20 +1,68 @@
 """The drive: the next speed of every train within traction and braking."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled, plain
+from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.motion.kinematics import next_speed_mps
-from kankaku.railway.motion.traction_table import Pull, pull_of, pulled_mps
-from kankaku.railway.plan.profile import at, at_each, braking_loss_mps
+from kankaku.railway.motion.traction_table import TractionTable, pulled_mps, traction_table
+from kankaku.railway.plan.brake_table import (
+    BrakeTable,
+    braking_loss_mps,
+    braking_v2_at,
+    braking_v2_each,
+)
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Bound, Command
-from kankaku.railway.step.state import NOTHING, Advice, Authority, LineState
+from kankaku.railway.step.state import (
+    NO_VERSION,
+    NOTHING,
+    Advice,
+    Authority,
+    LineState,
+    Whereabouts,
+)
 
 N_BOUNDS = 6
 # Plain numbers, as compiled functions want them.
 TRACTION, CEILING, ADVICE = int(Bound.TRACTION), int(Bound.CEILING), int(Bound.ADVICE)
 LIMIT, STOP, EMERGENCY = int(Bound.LIMIT), int(Bound.STOP), int(Bound.EMERGENCY)
+
+
+class Abilities(NamedTuple):
+    """What trains can do; it stays for a whole run."""
+
+    braking: BrakeTable
+    traction: TractionTable
+    emergency_extra_mps: FloatArray
+    """Speed that the emergency brake takes in a step beside the service brake. (n_trains,)"""
+    near_m: float
+    """Where the tables begin. [m]"""
+    far_m: float
+    """Where they end. [m]"""
+    step_s: float
+
+
+class Asked(NamedTuple):
+    """What authority and advice ask for in a step; arrays of shape (n_trains,)."""
+
+    eoa_m: FloatArray
+    delay_s: FloatArray
+    eoa_by: IntArray
+    ceiling_mps: FloatArray
+    advised_mps: FloatArray
+    """The ceiling of the advice. [m/s]"""
+    emergency: BoolArray
+
+
+class Stops(NamedTuple):
+    """The next stops; arrays of shape (n_trains,)."""
+
+    stop_m: FloatArray
+    v2_m2ps2: FloatArray
+    """Twice the brake potential there. [m2/s2]"""
 
 
 class TractionDrive:
@@ -28,18 +76,23 @@ class TractionDrive:
     """
 
     def __init__(self, world: World) -> None:
-        step_s, profile = world.step_s, world.profile
-        self._step_s = step_s
-        self._row_start = world.row_start
-        self._tables_m = (profile.origin_m, world.far_m)
-        # Twice the potential: squares of speeds need no halving.
-        self._square = 2.0 * profile.potential_m2ps2.ravel()
-        self._pull = plain(pull_of(world, profile, step_s))
+        self._step_s = world.step_s
+        self._rows = np.arange(world.size)
         service, emergency = map(world.of_type, ("service_brake_mps2", "emergency_brake_mps2"))
-        self._emergency_extra = (emergency - service) * step_s
-        self._nobody = np.zeros(world.size, dtype=np.bool_)
-        self._stop_m = np.full(world.size, np.nan)
-        self._stops = np.full((2, world.size), np.nan)
+        self._braking = world.braking
+        self._abilities = plain(
+            Abilities(
+                world.braking,
+                traction_table(world, world.profile, world.step_s),
+                (emergency - service) * world.step_s,
+                world.profile.origin_m,
+                world.far_m,
+                world.step_s,
+            )
+        )
+        nowhere_m = np.full(world.size, np.nan)
+        self._stops = plain(Stops(nowhere_m, nowhere_m))
+        self._calls_version = NO_VERSION
 
     def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
         """
@@ -59,89 +112,81 @@ class TractionDrive:
         Command
             Next speeds and their bounds.
         """
-        if state.stop_m is not self._stop_m:
-            self._stop_m = state.stop_m
-            squares = at_each(self._square, state.stop_m, self._row_start)
-            # One array more costs as much as a formula for all trains.
-            self._stops = np.array([state.stop_m, squares])
-        return Command(
-            *_command(
-                state.front_m,
-                state.speed_mps,
-                authority.eoa_m,
-                authority.delay_s,
-                authority.eoa_by,
-                authority.ceiling_mps,
-                advice.ceiling_mps,
-                self._stops,
-                state.running,
-                self._nobody if authority.link is None else authority.link.emergency,
-                self._row_start,
-                self._square,
-                self._pull,
-                self._emergency_extra,
-                self._tables_m,
-                self._step_s,
-            )
+        if state.calls_version != self._calls_version:
+            self._calls_version = state.calls_version
+            v2_m2ps2 = braking_v2_each(self._braking, self._rows, state.stop_m)
+            self._stops = plain(Stops(state.stop_m, v2_m2ps2))
+        asked = (
+            authority.eoa_m,
+            authority.delay_s,
+            authority.eoa_by,
+            authority.ceiling_mps,
+            advice.ceiling_mps,
+            authority.link.emergency,
         )
+        return Command(*_command(state.whereabouts, asked, self._stops, self._abilities))
 
 
 @compiled
-def _command(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
-    front_m: FloatArray,
-    speed_mps: FloatArray,
-    eoa_m: FloatArray,
-    delay_s: FloatArray,
-    eoa_by: IntArray,
-    ceiling_mps: FloatArray,
-    advised_mps: FloatArray,
-    stops: FloatArray,
-    running: BoolArray,
-    in_emergency: BoolArray,
-    row_start: FloatArray,
-    square: FloatArray,
-    pull_fields: tuple[FloatArray, FloatArray, FloatArray, float],
-    emergency_extra: FloatArray,
-    tables_m: tuple[float, float],
-    step_s: float,
+def _command(
+    whereabouts: Plain, asked_fields: Plain, stop_fields: Plain, ability_fields: Plain
 ) -> tuple[FloatArray, FloatArray, IntArray]:
-    near_m, far_m = tables_m
-    pull = Pull(*pull_fields)
-    next_mps = np.zeros_like(speed_mps)
-    bounds = np.zeros((N_BOUNDS, speed_mps.size))
-    bound = np.zeros(speed_mps.size, dtype=np.intp)
-    for train in range(speed_mps.size):
-        if not running[train]:
+    trains, asked = Whereabouts(*whereabouts), Asked(*asked_fields)
+    stops, able = Stops(*stop_fields), _abilities(ability_fields)
+    size = trains.speed_mps.size
+    next_mps, bound = np.zeros(size), np.zeros(size, dtype=np.intp)
+    bounds = np.zeros((N_BOUNDS, size))
+    for train in range(size):
+        if not trains.running[train]:
             continue
-        speed = speed_mps[train]
-        place = front_m[train] + row_start[train]
-        here = at(square, place)
-        loss = braking_loss_mps(square, place, speed, step_s)
-        if in_emergency[train]:
-            next_mps[train] = max(speed - loss - emergency_extra[train], 0.0)
+        speed, front_m = trains.speed_mps[train], trains.front_m[train]
+        loss = braking_loss_mps(able.braking, train, front_m, speed, able.step_s)
+        if asked.emergency[train]:
+            next_mps[train] = max(speed - loss - able.emergency_extra_mps[train], 0.0)
             bounds[:, train] = np.inf
             bounds[EMERGENCY, train] = next_mps[train]
             bound[train] = EMERGENCY
             continue
-        lag = 0.0
-        if delay_s[train] > 0.0:
-            lag = braking_loss_mps(square, place, speed, delay_s[train])
-        limit = min(max(eoa_m[train], near_m), far_m)
-        ahead = at(square, limit + row_start[train])
+        here = braking_v2_at(able.braking, train, front_m)
         # Who cannot climb stands, held by the brake.
-        bounds[TRACTION, train] = max(pulled_mps(pull, train, place, speed), 0.0)
-        bounds[CEILING, train] = ceiling_mps[train]
-        bounds[ADVICE, train] = advised_mps[train]
-        bounds[LIMIT, train] = next_speed_mps(speed, ahead - here, loss, lag)
-        bounds[STOP, train] = next_speed_mps(speed, stops[1, train] - here, loss, 0.0)
+        bounds[TRACTION, train] = max(pulled_mps(able.traction, train, front_m, speed), 0.0)
+        bounds[CEILING, train] = asked.ceiling_mps[train]
+        bounds[ADVICE, train] = asked.advised_mps[train]
+        bounds[LIMIT, train] = _to_end_mps(asked, able, train, front_m, speed, (here, loss))
+        bounds[STOP, train] = next_speed_mps(speed, stops.v2_m2ps2[train] - here, loss, 0.0)
         bounds[EMERGENCY, train] = np.inf
         wish = max(bounds[:, train].min(), speed - loss)
-        emergency = max(bounds[LIMIT, train], speed - loss - emergency_extra[train])
+        emergency = max(bounds[LIMIT, train], speed - loss - able.emergency_extra_mps[train])
         next_mps[train] = max(min(wish, emergency), 0.0)
-        bound[train] = _lowest(
-            bounds[:, train], eoa_m[train], eoa_by[train], stops[0, train], far_m
-        )
+        eoa_m, eoa_by, stop_m = asked.eoa_m[train], asked.eoa_by[train], stops.stop_m[train]
+        bound[train] = _lowest(bounds[:, train], eoa_m, eoa_by, stop_m, able.far_m)
     return next_mps, bounds, bound
+
+
+@compiled
+def _abilities(fields: Plain) -> Abilities:
+    braking, traction, emergency_extra_mps, near_m, far_m, step_s = fields
+    return Abilities(
+        BrakeTable(*braking), TractionTable(*traction), emergency_extra_mps, near_m, far_m, step_s
+    )
+
+
+@compiled
+def _to_end_mps(
+    asked: Asked,
+    able: Abilities,
+    train: int,
+    front_m: float,
+    speed: float,
+    braked: tuple[float, float],
+) -> float:
+    """Return the speed after a step on the brake curve to the end of authority."""
+    (here, loss), lag = braked, 0.0
+    if asked.delay_s[train] > 0.0:
+        lag = braking_loss_mps(able.braking, train, front_m, speed, asked.delay_s[train])
+    end_m = min(max(asked.eoa_m[train], able.near_m), able.far_m)
+    ahead = braking_v2_at(able.braking, train, end_m)
+    return float(next_speed_mps(speed, ahead - here, loss, lag))
 
 
 @compiled

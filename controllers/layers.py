@@ -1,7 +1,7 @@
 """What a protection or an operation is registered as, and where those of others come from."""
 
 from collections import UserDict
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from enum import Enum
 from functools import cached_property
@@ -229,9 +229,13 @@ class Registry(UserDict[str, Layer]):
             raise PluginError(where, "is no name", "letters, digits and _")
         self.data[name] = checked(layer, where)
 
-    def added(self) -> Mapping[str, Layer]:
-        """Return the layers that were registered while the program runs."""
-        return {name: layer for name, layer in self.data.items() if name not in self._own}
+    def added(self, names: Collection[str] | None = None) -> Mapping[str, Layer]:
+        """Return the layers, or those of some names, that were registered while it runs."""
+        return {
+            name: layer
+            for name, layer in self.data.items()
+            if name not in self._own and (names is None or name in names)
+        }
 
     def restore(self, layers: Mapping[str, Layer]) -> None:
         """

@@ -13,7 +13,7 @@ from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
 from kankaku.controllers.options import OptionError
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Bound, Command, Controller
-from kankaku.railway.step.state import NOTHING, Advice, Authority, LineState
+from kankaku.railway.step.state import NOTHING, Advice, AtOnce, Authority, LineState
 
 
 class Peer(NamedTuple):
@@ -39,9 +39,10 @@ class Unbounded:
 
     def __init__(self, world: World) -> None:
         trains, nothing = np.ones(world.size), np.full(world.size, NOTHING, dtype=np.intp)
-        self._authority = Authority(
-            world.far_m * trains, NO_CEILING_MPS * trains, 0.0 * trains, nothing, nothing
-        )
+        eoa_m = world.far_m * trains
+        link = AtOnce(world.size).permission(eoa_m)
+        bounds = eoa_m, NO_CEILING_MPS * trains, 0.0 * trains
+        self._authority = Authority(*bounds, nothing, nothing, link)
 
     def initial(self) -> None:
         """Return the memory before the first step: none is needed."""

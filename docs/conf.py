@@ -54,11 +54,16 @@ sphinx_gallery_conf = {
     "reset_modules": ("tools.tutorials.forget_layers",),
     "image_scrapers": ("tools.tutorials.show_figure",),
     "within_subsection_order": "FileNameSortKey",
+    "write_computation_times": False,
 }
 
 html_theme = "pydata_sphinx_theme"
 html_title = f"Kankaku {version}"
 html_show_sourcelink = False
+# Pages that stand alone have nothing to list beside them.
+html_sidebars: dict[str, list[str]] = {
+    page: [] for page in ("approach", "model", "papers", "glossary", "results", "changelog")
+}
 html_theme_options = {
     "show_toc_level": 2,
     "collapse_navigation": True,

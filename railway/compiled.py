@@ -18,7 +18,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeAlias, TypeVar, cast
 
 import numba
 from numba.np.ufunc.dufunc import DUFunc
@@ -27,6 +27,9 @@ from kankaku.railway.arrays import FloatArray
 from kankaku.railway.places import cache_folder
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+Plain: TypeAlias = tuple[Any, ...]
+"""The fields of a named tuple, from :func:`plain`."""
 
 
 _SOURCES: dict[int, frozenset[str]] = {}
@@ -84,9 +87,9 @@ class _Formula(DUFunc):
         return made
 
 
-def plain(fields: tuple[Any, ...]) -> Any:  # noqa: ANN401 - of the same kinds, without names
+def plain(fields: tuple[Any, ...]) -> Plain:
     """
-    Return a named tuple as a plain one, for a function that is called in every step.
+    Return a named tuple, and those in it, as plain ones, for a function called in every step.
 
     A compiled function looks up the class of a named tuple in every call, which takes longer
     than many a formula; it can give the names back to a plain one at no cost.
@@ -98,10 +101,10 @@ def plain(fields: tuple[Any, ...]) -> Any:  # noqa: ANN401 - of the same kinds, 
 
     Returns
     -------
-    Any
+    Plain
         Its fields.
     """
-    return tuple(fields)
+    return tuple(plain(field) if isinstance(field, tuple) else field for field in fields)
 
 
 def _cached(make: Callable[[bool], Any]) -> Any:  # noqa: ANN401 - numba has no types
@@ -189,3 +192,26 @@ def count_up_to(rising: FloatArray, value: float) -> int:
         else:
             high = middle
     return low
+
+
+@compiled
+def interpolated(values: FloatArray, place: float) -> float:
+    """
+    Interpolate between the values of a table.
+
+    Parameters
+    ----------
+    values
+        The table. shape (n,)
+    place
+        Where, from 0 on and before the last value.
+
+    Returns
+    -------
+    float
+        The value there.
+    """
+    cell = int(place)
+    part = place - cell
+    value: float = values[cell] + part * (values[cell + 1] - values[cell])
+    return value

@@ -1,4 +1,4 @@
-"""Errors in words."""
+"""The one base class of errors that a user can mend, and how any error is told in a line."""
 
 
 class KankakuError(ValueError):

@@ -1,10 +1,15 @@
 """States of a line that many tests share."""
 
+from itertools import count
+
 import numpy as np
 
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.obstructions import unobstructed
 from kankaku.railway.step.state import NOTHING, Events, LineState, beside
+
+VERSIONS = count()
+"""No two states are one of another."""
 
 
 def behind(
@@ -61,4 +66,6 @@ def behind(
         # Trains of such a state need not have run there from the one before.
         events=Events(cleared=(0,)),
         wayside=unobstructed(2, world.far_m),
+        calls_version=next(VERSIONS),
+        wayside_version=next(VERSIONS),
     )

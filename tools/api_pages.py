@@ -8,6 +8,8 @@ from types import ModuleType
 
 FACE = ("kankaku", "kankaku.testing")
 """What scripts and plug-ins use."""
+IN_FULL = ("kankaku.railway.", "kankaku.controllers", "kankaku.analysis.tables")
+"""Wings in full: for who writes a controller or reads results. Others get a line per module."""
 
 
 def wings() -> list[tuple[ModuleType, list[str]]]:
@@ -59,7 +61,16 @@ def wing_page(package: ModuleType, modules: list[str]) -> str:
         MyST Markdown.
     """
     title = package.__name__.removeprefix(f"{FACE[0]}.")
+    if not package.__name__.startswith(IN_FULL):
+        rows = [f"| `{name}` | {_first_line(name)} |" for name in modules]
+        about = ["```text", (package.__doc__ or "").strip(), "```", ""]
+        return "\n".join([f"# {title}", "", *about, "| module | holds |", "|---|---|", *rows, ""])
     return "\n".join([f"# {title}", "", _module(package.__name__), *map(_titled, modules)])
+
+
+def _first_line(name: str) -> str:
+    text = (import_module(name).__doc__ or "").strip().split("\n\n", 1)[0]
+    return " ".join(text.split()).replace("``", "`").replace("|", "\\|")
 
 
 def _titled(name: str) -> str:

@@ -98,11 +98,14 @@ def crowded(world: World, jitter: FloatArray) -> LineState:
         arrival_s=np.full(world.size, np.nan),
         events=Events(),
         wayside=unobstructed(world.size, world.far_m),
+        calls_version=0,
+        wayside_version=0,
     )
 
 
 def _reports(state: LineState) -> Reports:
     return Reports(
+        0,
         np.full(state.front_m.size, state.time_s - 1.0),
         state.front_m,
         state.speed_mps,

@@ -49,7 +49,7 @@ class MapLayer(NamedTuple):
     high_m: float
 
 
-class Run(NamedTuple):
+class MapRun(NamedTuple):
     """A train's run, as far as it is drawn; arrays of shape (n_samples,)."""
 
     train: str
@@ -139,7 +139,7 @@ def _places(line: Line, stations: pd.DataFrame) -> pd.DataFrame:
     return named.sort_values("chainage_m")
 
 
-def _runs(run: RunTables, scenario: Scenario, window: Window) -> Iterator[Run]:
+def _runs(run: RunTables, scenario: Scenario, window: Window) -> Iterator[MapRun]:
     """Yield the trains that are seen, their bands cut off where the map ends."""
     samples = dict(by_train(run.trajectory))
     drawn = 0
@@ -155,11 +155,11 @@ def _runs(run: RunTables, scenario: Scenario, window: Window) -> Iterator[Run]:
         seen = (time_s >= window.start_s - 1.0) & (time_s <= window.end_s + 1.0)
         if np.any(seen & (front_m >= window.low_m) & (rear_m <= window.high_m)):
             columns = (time_s[seen], front_m[seen], rear_m[seen], limit_m[seen])
-            yield Run(service.train, TRAINS[drawn % len(TRAINS)], *columns, service.route)
+            yield MapRun(service.train, TRAINS[drawn % len(TRAINS)], *columns, service.route)
             drawn += 1
 
 
-def _layers(line: Line, runs: Sequence[Run], window: Window) -> list[MapLayer]:
+def _layers(line: Line, runs: Sequence[MapRun], window: Window) -> list[MapLayer]:
     """Return the main tracks, and each parallel track that a train was on."""
     main = tuple(section.tracks[0].id for section in line.sections)
     layers = [MapLayer("main tracks", main, window.low_m, window.high_m)]
@@ -196,7 +196,7 @@ def _stretches_m(
         yield start_m, end_m
 
 
-def _draw_train(axes: Axes, train: Run, layer: MapLayer, line: Line) -> None:
+def _draw_train(axes: Axes, train: MapRun, layer: MapLayer, line: Line) -> None:
     elsewhere: BoolArray = np.ones(train.time_s.size, dtype=np.bool_)
     for start_m, end_m in _stretches_m(train.route, layer, line):
         here = (train.front_m >= start_m) & (train.front_m <= end_m)
@@ -230,7 +230,7 @@ def _draw_train(axes: Axes, train: Run, layer: MapLayer, line: Line) -> None:
     _name_train(axes, train, (layer.low_m, layer.high_m))
 
 
-def _name_train(axes: Axes, train: Run, edges_m: tuple[float, float]) -> None:
+def _name_train(axes: Axes, train: MapRun, edges_m: tuple[float, float]) -> None:
     """Write the name of a train where it leaves the panel."""
     low_m, high_m = edges_m
     end_s = axes.get_xlim()[1]

@@ -21,7 +21,7 @@ from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.railway.step.records import Column
 
 
-class Measured:
+class MeasuredRun:
     """A run, and what several indicators need of it."""
 
     def __init__(self, run: RunTables) -> None:
@@ -70,14 +70,14 @@ class Indicator(NamedTuple):
 
     topic: Topic
     column: Column
-    of: Callable[[Measured], object]
+    of: Callable[[MeasuredRun], object]
     label: str = ""
     """What a reader calls it; empty for one that is not compared."""
     per_cent_above: float = 0.0
     """Changes are told in per cent of a baseline above this. In the indicator's unit"""
 
 
-def _scheduled_speed_kmh(measured: Measured) -> float:
+def _scheduled_speed_kmh(measured: MeasuredRun) -> float:
     by_train = measured.run.calls.groupby("train", sort=False)
     first = by_train[["stop_m", "departure_s"]].nth(0).to_numpy()
     last = by_train[["stop_m", "arrival_s"]].nth(-1).to_numpy()

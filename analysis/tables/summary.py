@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import pandas as pd
 
 from kankaku.analysis.tables.columns import rows_frame
-from kankaku.analysis.tables.indicators import INDICATORS, Measured
+from kankaku.analysis.tables.indicators import INDICATORS, MeasuredRun
 from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.railway.step.records import Column
 
@@ -35,7 +35,7 @@ def summary_frame(runs: Iterable[RunTables]) -> pd.DataFrame:
 
 
 def _summary_row(run: RunTables) -> dict[str, object]:
-    measured = Measured(run)
+    measured = MeasuredRun(run)
     return {
         "controller": run.controller,
         "seed": run.seed,

@@ -1,16 +1,16 @@
 """
-Any centre's limits over radio: worked out from reports, sent in telegrams, kept on board.
+Any centre's permissions over radio: worked out from reports, sent in telegrams, kept on board.
 
-Once a cycle the centre asks a protection for limits, of the line as it knows it: trains by
-their last reports; points, who has left them, and obstructions by wire. Each train goes by the
-limit of the telegram that it has heard last, and watches over line limits itself. Commands are
-valid for five seconds, so that three telegrams in a row may be lost; a train that loses the fourth,
-too, brakes in emergency until it stands and has commands again (Sugiyama 2018, section 3.1.3).
+Once a cycle the centre asks a protection how far trains may go, of the line as it knows it: trains
+by their last reports; points, who has left them, and obstructions by wire. Each train goes by the
+telegram that it has heard last, and watches over line limits itself. Commands are valid for five
+seconds, so that three telegrams in a row may be lost; a train that loses the fourth, too, brakes in
+emergency until it stands and has commands again (Sugiyama 2018, section 3.1.3).
 
-A limit that was sent once stays safe, whatever is lost or late after it. It counts on no more than
-where the train ahead was when it last reported, and trains never go back; points that are granted
-stay so until the train has passed. So an older limit than the last one only lies nearer, and a
-train needs no message to stay safe. Only an obstruction can take a limit back: what a train may
+An end of authority that was sent once stays safe, whatever is lost or late after it. It counts on
+no more than where the train ahead was when it last reported, and trains never go back; points that
+are granted stay so until the train has passed. So an older end than the last one only lies nearer,
+and a train needs no message to stay safe. Only an obstruction can take one back: what a train may
 still go by is in :attr:`kankaku.railway.step.state.RadioPermission.covered_m`, until all trains
 have acknowledged commands that were made with the obstruction (section 3.2.3 (2)).
 """
@@ -30,13 +30,20 @@ from kankaku.controllers.centre.reports import (
 )
 from kankaku.controllers.protection.ceiling import LineCeiling
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled, plain
-from kankaku.railway.plan.profile import at_each
-from kankaku.railway.plan.radio_spec import TOLERANCE_S, RadioSpec
+from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.plan.brake_table import braking_v2_each
+from kankaku.railway.plan.radio_spec import FOREVER, NEVER, TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight, Protection, Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, Authority, LineState, RadioPermission, RadioState
+from kankaku.railway.step.state import (
+    NO_VERSION,
+    NOTHING,
+    Authority,
+    LineState,
+    RadioPermission,
+    RadioState,
+)
 from kankaku.railway.wayside.leaders import section_ends_m
 
 HORIZON_S = 5.0
@@ -44,7 +51,7 @@ HORIZON_S = 5.0
 
 
 class Centre(Protection[Any], Foresight, Protocol):
-    """A protection whose limits are a centre's matter, and whose ceilings are the line's."""
+    """A protection whose permissions are a centre's matter, and whose ceilings are the line's."""
 
     ceiling: LineCeiling
 
@@ -60,18 +67,18 @@ class Centre(Protection[Any], Foresight, Protocol):
 
 
 class Telegrams(NamedTuple):
-    """Limits of the last telegrams, in slots that are written in turn."""
+    """Ends of authority of the last telegrams, in slots that are written in turn."""
 
-    sent_s: FloatArray
-    """-inf for an empty slot. [s], shape (n_slots,)"""
+    cycle: IntArray
+    """In which it was sent; ``NEVER`` for an empty slot. shape (n_slots,)"""
     eoa_m: FloatArray
     """Shape (n_slots, n_trains). [m]"""
     eoa_by: IntArray
     """What is behind them. shape (n_slots, n_trains)"""
-    older_s: float
-    """When the last one was sent that is forgotten, but may not be replaced everywhere. [s]"""
+    older: int
+    """Cycle of the last one that is forgotten, but may not be replaced everywhere."""
     older_m: FloatArray
-    """The furthest limits of all those. [m], shape (n_trains,)"""
+    """The furthest ends of all those. [m], shape (n_trains,)"""
 
 
 class OnAir(NamedTuple):
@@ -87,10 +94,10 @@ class OnAir(NamedTuple):
     telegrams: Telegrams
     next_s: float
     """When the next telegrams are sent. [s]"""
-    heard: tuple[RadioState | None, BoolArray | None]
-    """The radio and the trains on the line for which the rest was worked out."""
+    made_of: tuple[int, int, int]
+    """Versions of reports, telegrams and calls for which the rest was worked out."""
     eoa_m: FloatArray
-    """The limits that trains go by. [m], shape (n_trains,)"""
+    """The ends of authority that trains go by. [m], shape (n_trains,)"""
     eoa_by: IntArray
     """What is behind them. shape (n_trains,)"""
     covered_m: FloatArray
@@ -100,7 +107,7 @@ class OnAir(NamedTuple):
 
 
 class OverRadio:
-    """A protection whose limits reach the trains by radio."""
+    """A protection whose permissions reach the trains by radio."""
 
     def __init__(self, inner: Centre, world: World, radio: RadioSpec) -> None:
         self._inner, self._world, self._radio = inner, world, radio
@@ -131,7 +138,7 @@ class OverRadio:
         nowhere = np.full(size, -np.inf)
         slots_m = np.full((slots, size), -np.inf)
         telegrams = Telegrams(
-            np.full(slots, -np.inf), slots_m, np.full((slots, size), NOTHING), -np.inf, nowhere
+            np.full(slots, NEVER), slots_m, np.full((slots, size), NOTHING), NEVER, nowhere
         )
         return OnAir(
             self._inner.initial(),
@@ -140,7 +147,7 @@ class OverRadio:
             nowhere,
             telegrams,
             -np.inf,
-            (None, None),
+            (NO_VERSION, NO_VERSION, NO_VERSION),
             self._world.stop_m[:, 0].copy(),
             self._nothing,
             nowhere,
@@ -161,7 +168,7 @@ class OverRadio:
         Returns
         -------
         tuple[Authority, OnAir]
-            Limits of the telegrams last heard, ceilings worked out on board, who brakes in
+            Ends by the telegrams last heard, ceilings worked out on board, who brakes in
             emergency, and the next memory.
         """
         radio, present = radio_of(state), state.present
@@ -172,10 +179,11 @@ class OverRadio:
         if sends:
             memory = self._send(state, memory._replace(reports=reports), radio)
         eoa_m, eoa_by, covered_m = memory.eoa_m, memory.eoa_by, memory.covered_m
-        if sends or radio is not memory.heard[0] or present is not memory.heard[1]:
+        versions = radio.reports_version, radio.telegrams_version, state.calls_version
+        if sends or versions != memory.made_of:
             held = eoa_m, eoa_by
             eoa_m, eoa_by, covered_m = _hear(
-                radio.heard_s, radio.acknowledged_s, present, plain(memory.telegrams), held
+                radio.heard, radio.acknowledged, present, plain(memory.telegrams), held
             )
         brakes = emergency(memory.emergency, state, radio.heard_s, HORIZON_S)
         authority = Authority(
@@ -193,7 +201,7 @@ class OverRadio:
             memory.cleared_m,
             memory.telegrams,
             memory.next_s,
-            (radio, present),
+            versions,
             eoa_m,
             eoa_by,
             covered_m,
@@ -207,7 +215,7 @@ class OverRadio:
         return cleared_m
 
     def _send(self, state: LineState, memory: OnAir, radio: RadioState) -> OnAir:
-        """Let the centre work out limits from what it knows, and send them."""
+        """Let the centre work out permissions from what it knows, and send them."""
         # A report may be older than the news that its train has left the points.
         reported_m = memory.reports.front_m - self._world.length_m
         reports, older = memory.reports, reported_m < memory.cleared_m
@@ -227,23 +235,23 @@ class OverRadio:
         authority, inner = self._inner.authorise(known, memory.inner)
         # Nothing is sent to a train that is not on the line.
         eoa_m = np.where(state.present, authority.eoa_m, -np.inf)
-        sent_s = self._radio.last_telegram_s(state.time_s)
+        cycle = self._radio.telegram_cycle(state.time_s)
         telegrams = _replaced(memory.telegrams, radio, state.present)
         return memory._replace(
             inner=inner,
             delay_s=authority.delay_s,
-            telegrams=_added(telegrams, sent_s, eoa_m, authority.eoa_by),
-            next_s=sent_s + self._radio.cycle_s,
+            telegrams=_added(telegrams, cycle, eoa_m, authority.eoa_by),
+            next_s=self._radio.telegram_s(cycle) + self._radio.cycle_s,
         )
 
     def _slowed_mps(
         self, from_m: FloatArray, to_m: FloatArray, speed_mps: FloatArray
     ) -> FloatArray:
         """Return the least speeds at some places, after emergency braking from others."""
-        potential, row_start = self._world.profile.potential_m2ps2.ravel(), self._world.row_start
-        taken = at_each(potential, to_m, row_start) - at_each(potential, from_m, row_start)
-        taken += self._harder_mps2 * (to_m - from_m)
-        slowed_mps: FloatArray = np.sqrt(np.maximum(np.square(speed_mps) - 2.0 * taken, 0.0))
+        braking, rows = self._world.braking, np.arange(self._world.size)
+        taken = braking_v2_each(braking, rows, to_m) - braking_v2_each(braking, rows, from_m)
+        taken += 2.0 * self._harder_mps2 * (to_m - from_m)
+        slowed_mps: FloatArray = np.sqrt(np.maximum(np.square(speed_mps) - taken, 0.0))
         return slowed_mps
 
     def eoa_behind_m(
@@ -255,7 +263,7 @@ class OverRadio:
         leader_speed_mps: FloatArray,
     ) -> FloatArray:
         """
-        Return the limits of a train behind its leader, once it has heard of them.
+        Return the ends of authority of a train behind its leader, once it has heard of them.
 
         Parameters
         ----------
@@ -279,7 +287,7 @@ class OverRadio:
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
-        Return the speed that is permitted to a front under a limit that stays.
+        Return the speed that is permitted to a front before an end of authority that stays.
 
         Parameters
         ----------
@@ -288,7 +296,7 @@ class OverRadio:
         front_m
             Places of its front. [m], shape (n_places,)
         eoa_m
-            Its limits. [m], shape (n_places,)
+            Its ends of authority. [m], shape (n_places,)
 
         Returns
         -------
@@ -298,47 +306,48 @@ class OverRadio:
         return self._inner.permitted_mps(row, front_m, eoa_m)
 
 
-def _added(telegrams: Telegrams, sent_s: float, eoa_m: FloatArray, eoa_by: IntArray) -> Telegrams:
+def _added(telegrams: Telegrams, cycle: int, eoa_m: FloatArray, eoa_by: IntArray) -> Telegrams:
     """Return the last telegrams and a new one."""
-    slot = int(telegrams.sent_s.argmin())
-    times_s, eoas_m = telegrams.sent_s.copy(), telegrams.eoa_m.copy()
-    older_s, older_m = float(times_s[slot]), np.maximum(telegrams.older_m, eoas_m[slot])
-    times_s[slot], eoas_m[slot] = sent_s, eoa_m
+    slot = int(telegrams.cycle.argmin())
+    cycles, eoas_m = telegrams.cycle.copy(), telegrams.eoa_m.copy()
+    older, older_m = int(cycles[slot]), np.maximum(telegrams.older_m, eoas_m[slot])
+    cycles[slot], eoas_m[slot] = cycle, eoa_m
     behind = telegrams.eoa_by.copy()
     behind[slot] = eoa_by
-    return Telegrams(times_s, eoas_m, behind, older_s, older_m)
+    return Telegrams(cycles, eoas_m, behind, older, older_m)
 
 
 def _replaced(telegrams: Telegrams, radio: RadioState, present: BoolArray) -> Telegrams:
     """Return telegrams without those older ones that nobody goes by any more."""
-    if telegrams.older_s >= radio.acknowledged_s.min(initial=np.inf, where=present):
+    if telegrams.older >= radio.acknowledged.min(initial=FOREVER, where=present):
         return telegrams
     return telegrams._replace(older_m=np.full_like(telegrams.older_m, -np.inf))
 
 
 @compiled
 def _hear(
-    heard_s: FloatArray,
-    acknowledged_s: FloatArray,
+    heard: IntArray,
+    acknowledged: IntArray,
     present: BoolArray,
-    fields: tuple[FloatArray, FloatArray, IntArray, float, FloatArray],
+    fields: Plain,
     held: tuple[FloatArray, IntArray],
 ) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Return by what limits trains go, what is behind them, and which ones they may still go by."""
-    sent_s, sent_m, sent_by, older_s, older_m = fields
-    effective_s = np.inf
-    for train in range(heard_s.size):
+    """Return how far trains go, what is there, and how far they may still go by old telegrams."""
+    telegrams, size = Telegrams(*fields), heard.size
+    effective = FOREVER
+    for train in range(size):
         if present[train]:
-            effective_s = min(effective_s, acknowledged_s[train])
+            effective = min(effective, acknowledged[train])
     eoa_m, eoa_by = held[0].copy(), held[1].copy()
-    covered_m = np.full(eoa_m.size, -np.inf)
-    if older_s >= effective_s:
-        covered_m[:] = older_m
-    for slot in range(sent_s.size):
-        for train in range(heard_s.size):
-            if sent_s[slot] == heard_s[train] and heard_s[train] > -np.inf:
-                eoa_m[train] = sent_m[slot, train]
-                eoa_by[train] = sent_by[slot, train]
-            if sent_s[slot] >= effective_s:
-                covered_m[train] = max(covered_m[train], sent_m[slot, train])
+    covered_m = np.full(size, -np.inf)
+    if telegrams.older >= effective:
+        covered_m[:] = telegrams.older_m
+    for slot in range(telegrams.cycle.size):
+        cycle = telegrams.cycle[slot]
+        for train in range(size):
+            if cycle == heard[train] and cycle != NEVER:
+                eoa_m[train] = telegrams.eoa_m[slot, train]
+                eoa_by[train] = telegrams.eoa_by[slot, train]
+            if cycle >= effective:
+                covered_m[train] = max(covered_m[train], telegrams.eoa_m[slot, train])
     return eoa_m, eoa_by, covered_m

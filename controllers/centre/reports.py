@@ -8,13 +8,13 @@ from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
 from kankaku.railway.plan.radio_spec import TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.step.state import LineState, RadioState
+from kankaku.railway.step.state import NO_VERSION, LineState, RadioState
 
 
 class Snapshot(NamedTuple):
     """What all trains said in one cycle, whether it has arrived or not."""
 
-    made_s: float
+    cycle: int
     front_m: FloatArray
     speed_mps: FloatArray
     call: IntArray
@@ -24,6 +24,8 @@ class Snapshot(NamedTuple):
 class Reports(NamedTuple):
     """The last report that has arrived of each train; arrays of shape (n_trains,)."""
 
+    version: int
+    """Of :attr:`kankaku.railway.step.state.RadioState.reported`, which this is made from."""
     known_s: FloatArray
     """When it was made; -inf for a train that has never reported. [s]"""
     front_m: FloatArray
@@ -56,6 +58,7 @@ def no_reports(world: World) -> Reports:
     """
     size = world.size
     return Reports(
+        NO_VERSION,
         np.full(size, -np.inf),
         world.stop_m[:, 0],
         np.zeros(size),
@@ -87,29 +90,38 @@ def take_reports(reports: Reports, state: LineState, radio: RadioState, spec: Ra
         The same object when nothing was said and nothing has arrived.
     """
     speaking = state.time_s + TOLERANCE_S >= reports.next_s
-    arrived = radio.reported_s is not reports.known_s
+    arrived = radio.reports_version != reports.version
     if not (speaking or arrived):
         return reports
     snapshots, next_s = reports.snapshots, reports.next_s
     if speaking:
-        made_s = spec.last_report_s(state.time_s)
-        next_s = made_s + spec.cycle_s
-        oldest_s = made_s - spec.cycle_s - spec.delay_most_s
-        kept = tuple(said for said in snapshots if said.made_s >= oldest_s)
+        cycle = spec.report_cycle(state.time_s)
+        next_s = spec.report_s(cycle) + spec.cycle_s
+        oldest_s = spec.report_s(cycle) - spec.cycle_s - spec.delay_most_s
+        kept = tuple(said for said in snapshots if spec.report_s(said.cycle) >= oldest_s)
         stopped_s = np.where(state.running, np.inf, state.arrival_s)
-        said = Snapshot(made_s, state.front_m, state.speed_mps, state.next_call, stopped_s)
+        said = Snapshot(cycle, state.front_m, state.speed_mps, state.next_call, stopped_s)
         snapshots = (*kept, said)
     if not arrived:
         return reports._replace(next_s=next_s, snapshots=snapshots)
     front_m, speed_mps = reports.front_m.copy(), reports.speed_mps.copy()
     call, stopped_s = reports.call.copy(), reports.stopped_s.copy()
     for said in snapshots:
-        arrived_now = radio.reported_s == said.made_s
+        arrived_now = radio.reported == said.cycle
         np.copyto(front_m, said.front_m, where=arrived_now)
         np.copyto(speed_mps, said.speed_mps, where=arrived_now)
         np.copyto(call, said.call, where=arrived_now)
         np.copyto(stopped_s, said.stopped_s, where=arrived_now)
-    return Reports(radio.reported_s, front_m, speed_mps, call, stopped_s, next_s, snapshots)
+    return Reports(
+        radio.reports_version,
+        radio.reported_s,
+        front_m,
+        speed_mps,
+        call,
+        stopped_s,
+        next_s,
+        snapshots,
+    )
 
 
 def radio_of(state: LineState) -> RadioState:

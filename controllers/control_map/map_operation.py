@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
+from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
-from kankaku.railway.step.state import Advice, Authority, LineState
+from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
+
+CONTROL_MAP = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,11 +29,10 @@ class FollowPlan:
     def __init__(
         self,
         world: World,
-        options: FollowPlanOptions,  # noqa: ARG002 - all operations are built alike
-        foresight: Foresight,  # noqa: ARG002
+        options: FollowPlanOptions,
+        foresight: Foresight,
     ) -> None:
-        self._closes_up = no_advice(world.size)
-        self._reason = np.zeros(world.size, dtype=np.intp)
+        """Need nothing: the plan is the protection's."""
 
     def initial(self) -> None:
         """Return the memory before the first step: there is none."""
@@ -59,7 +60,7 @@ class FollowPlan:
         tuple[Advice, None]
             The speeds, and no memory.
         """
-        if authority.link is None:
-            return self._closes_up, None
-        ceiling_mps = np.minimum(authority.link.commanded_mps, NO_CEILING_MPS)
-        return Advice(ceiling_mps, self._reason, authority.eoa_by), None
+        commanded_mps = authority.link.commanded_mps
+        reason = np.where(np.isfinite(commanded_mps), CONTROL_MAP, NO_REASON)
+        ceiling_mps = np.minimum(commanded_mps, NO_CEILING_MPS)
+        return Advice(ceiling_mps, reason, authority.eoa_by), None

@@ -18,7 +18,6 @@ What of positions, clocks and time stamps is believed where units may be wrong i
 """
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +29,7 @@ from kankaku.controllers.centre.reports import (
     radio_of,
     take_reports,
 )
+from kankaku.controllers.control_map.map_options import ControlMapOptions
 from kankaku.controllers.control_map.measuring import (
     CENTRE_ROW,
     EARLY_S,
@@ -40,60 +40,33 @@ from kankaku.controllers.control_map.measuring import (
     measure,
 )
 from kankaku.controllers.control_map.onboard import (
+    Tempo,
     behind_bands,
     ceilings_mps,
     keep_bands,
     may_leave,
 )
+from kankaku.controllers.control_map.planned_map import Horizon, Known, MapPlan
 from kankaku.controllers.control_map.planned_run import Pace, trains_of
-from kankaku.controllers.control_map.planner import Horizon, Known, MapPlan, make_plan
+from kankaku.controllers.control_map.planner import Scene, make_plan
 from kankaku.controllers.control_map.telegrams import COMMANDS, Sent, eoas_m, nothing_sent
-from kankaku.controllers.control_map.way_ahead import Obstructions, order_of
-from kankaku.controllers.options import require
+from kankaku.controllers.control_map.way_ahead import Grid, Obstructions, order_of
 from kankaku.controllers.protection.ceiling import LineCeiling, braked_to_mps
-from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import plain
-from kankaku.railway.plan.radio_spec import TOLERANCE_S, RadioSpec
+from kankaku.railway.plan.radio_spec import NEVER, TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
 from kankaku.railway.safety.band_exclusion import Bands, free_to_m, layers_of, overlaps_m, ways_of
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
 from kankaku.railway.step.state import NOTHING, Authority, LineState, RadioPermission
 
+__all__ = ["UPDATE_S", "ControlMap", "ControlMapOptions", "Memory"]
+
 UPDATE_S = 0.5
 """Time between maps, and between the moments of a map (Sugiyama 2018, section 3.1.3). [s]"""
 OVERLAP_M = 0.1
-"""Runs are stepped, so bands may reach their limits off by this much. [m]"""
-
-
-@dataclass(frozen=True, slots=True)
-class ControlMapOptions:
-    """Options of the control map."""
-
-    margin_m: float = 25.0
-    """Between the place before which a train can stop and the rear of the band ahead. [m]"""
-    delay_s: float = 3.0
-    """Longest delay of a message that a train brakes. [s]"""
-    horizon_s: float = 60.0
-    """How far the map reaches. [s]"""
-    tolerance_m: float = 30.0
-    """By how much a train may be ahead of its plan before it is braked. [m]"""
-    smooth_brake_kmhps: float = 2.0
-    """Deceleration to a lower planned speed. [km/h/s]"""
-
-    reserve_s: float = 15.0
-    """How much longer than it has to a train ahead is expected to stand at its stop. [s]"""
-    early_s: float = 20.0
-    """How much earlier than booked trains are to arrive. [s]"""
-
-    def __post_init__(self) -> None:
-        require("margin_m", self.margin_m, 0.0, 1000.0)
-        require("delay_s", self.delay_s, 0.0, 30.0)
-        require("horizon_s", self.horizon_s, 10.0, 600.0)
-        require("tolerance_m", self.tolerance_m, 5.0, 1000.0)
-        require("smooth_brake_kmhps", self.smooth_brake_kmhps, 0.2, 12.0)
-        require("reserve_s", self.reserve_s, 0.0, 600.0)
-        require("early_s", self.early_s, 0.0, 3600.0)
+"""Runs are stepped, so bands may pass their ends by this much. [m]"""
 
 
 class Memory(NamedTuple):
@@ -108,10 +81,10 @@ class Memory(NamedTuple):
     """When the last map was made whose bands overlapped: nothing of it was sent. [s]"""
     covered_m: FloatArray
     """See :attr:`kankaku.railway.step.state.RadioPermission.covered_m`. [m], shape (n_trains,)"""
-    held_s: FloatArray
-    """When the commands were sent that trains go by. [s], shape (n_trains,)"""
+    held: IntArray
+    """Cycle of the commands that trains go by. shape (n_trains,)"""
     held_m: FloatArray
-    """Limits that trains keep. [m], shape (n_trains,)"""
+    """Ends of authority that trains keep. [m], shape (n_trains,)"""
     emergency: BoolArray
     """Who brakes in emergency. shape (n_trains,)"""
     aboard: Aboard
@@ -143,7 +116,7 @@ class ControlMap:
             round(options.delay_s / UPDATE_S),
             round(options.reserve_s / UPDATE_S),
         )
-        self._figures = (self._trains.square, self._trains.row_start, self._trains.brake_mps2)
+        self._tempo = plain(Tempo(world.step_s, UPDATE_S))
 
     def initial(self) -> Memory:
         """
@@ -174,7 +147,7 @@ class ControlMap:
             -np.inf,
             -np.inf,
             nowhere,
-            nowhere,
+            np.full(size, NEVER),
             nowhere,
             nobody,
             all_right(self._world),
@@ -194,20 +167,19 @@ class ControlMap:
         Returns
         -------
         tuple[Authority, Memory]
-            Limits, ceilings and what came by radio, and the next memory.
+            Ends, ceilings and what came by radio, and the next memory.
         """
         seen, aboard = state, memory.aboard
         if state.units is not None:
             allowance_m = 0.5 * self._options.margin_m
-            known = (memory.sent.sent_s, self._world, self._radio, allowance_m)
+            known = (memory.sent.cycle, self._world, self._radio, allowance_m)
             seen, aboard = measure(state, aboard, *known)
         radio = radio_of(seen)
         reports = take_reports(memory.reports, seen, radio, self._radio)
-        if reports is not memory.reports or aboard is not memory.aboard:
-            memory = memory._replace(reports=reports, aboard=aboard)
+        memory = memory._replace(reports=reports, aboard=aboard)
         if state.time_s + TOLERANCE_S >= memory.next_s:
             memory = self._update(seen, memory)
-            sent = memory.sent.acknowledged(radio.acknowledged_s)
+            sent = memory.sent.acknowledged(radio.acknowledged)
             memory = memory._replace(sent=sent, covered_m=sent.covered_m(state.present))
         return self._keep(state, seen, memory)
 
@@ -227,7 +199,7 @@ class ControlMap:
             plan.front_m[:, : COMMANDS + 1],
             plan.speed_mps[:, : COMMANDS + 1],
             plan.free_m,
-            self._figures,
+            plain(self._trains.braking),
             self._options.tolerance_m,
         )
         furthest_m = np.where(plan.planned, eoa_m.max(axis=1), -np.inf)
@@ -236,11 +208,12 @@ class ControlMap:
                 alarm = Alarm(state.time_s, Notice.EXCLUSION, CENTRE_ROW)
                 aboard = aboard._replace(alarms=(*aboard.alarms, alarm))
             return memory._replace(next_s=next_s, refused_s=state.time_s, aboard=aboard)
-        sent_s = self._radio.last_telegram_s(state.time_s)
-        if sent_s > sent.sent_s.max():
+        cycle = self._radio.telegram_cycle(state.time_s)
+        if cycle > sent.cycle.max():
+            when = cycle, self._radio.telegram_s(cycle)
             commands = eoa_m, plan.speed_mps[:, : COMMANDS + 1]
             behind = plan.free_by, plan.slowed_by
-            sent = sent.added(sent_s, commands, plan.free_m, furthest_m, behind)
+            sent = sent.added(when, commands, plan.free_m, furthest_m, behind)
             if state.units is not None:
                 aboard = aboard._replace(stamp_error_s=state.units.centre_clock_error_s)
         return memory._replace(next_s=next_s, plan=plan, sent=sent, aboard=aboard)
@@ -260,24 +233,21 @@ class ControlMap:
     def _keep(self, state: LineState, seen: LineState, memory: Memory) -> tuple[Authority, Memory]:
         """Let trains keep the bands that they have heard of."""
         aboard, held_m = memory.aboard, memory.held_m + memory.aboard.shift_m
-        eoa_m, commanded_mps, held_s = keep_bands(
+        knows = (
             state.time_s + aboard.clock_error_s - aboard.stamp_error_s,
-            self._world.step_s,
-            UPDATE_S,
-            seen.front_m,
-            seen.speed_mps,
             state.stop_m - state.front_m,
-            seen.present,
-            radio_of(seen).heard_s,
-            plain(memory.sent)[:5],
-            memory.held_s,
+            radio_of(seen).heard,
+            memory.held,
             held_m,
-            self._figures,
+        )
+        brakes = plain(self._trains.braking)
+        eoa_m, commanded_mps, held = keep_bands(
+            seen.whereabouts, knows, plain(memory.sent), self._tempo, brakes
         )
         sent = memory.sent
         behind = sent.free_by, sent.slowed_by
-        eoa_by = behind_bands(eoa_m, sent.sent_s, sent.free_m, behind, held_s)
-        runs_out_s = held_s
+        eoa_by = behind_bands(eoa_m, sent.cycle, sent.free_m, behind, held)
+        held_s = runs_out_s = self._radio.telegrams_s(held)
         if state.units is not None:
             runs_out_s = held_s + aboard.stamp_error_s - aboard.clock_error_s
             runs_out_s = np.where(aboard.slow, -np.inf, runs_out_s)
@@ -286,16 +256,14 @@ class ControlMap:
         if state.units is not None:
             aboard = aboard.alarm(state.time_s, Notice.NO_COMMANDS, braking & ~memory.emergency)
             ceiling_mps = ceilings_mps(self._ceiling, seen, aboard)
-            leaving = may_leave(seen, aboard, eoa_m, self._figures)
+            leaving = may_leave(seen, aboard, eoa_m, self._trains.braking)
             aboard = aboard._replace(leaving=leaving)
             # What was permitted stays so: only where the train is has become uncertain.
             eoa_m = np.where(leaving, np.maximum(eoa_m, held_m), eoa_m) - aboard.shift_m
         link = RadioPermission(braking | aboard.leaving, commanded_mps, memory.covered_m)
         bounds = eoa_m, ceiling_mps, self._no_delay_s
         authority = Authority(*bounds, eoa_by, self._nothing, link)
-        return authority, memory._replace(
-            held_s=held_s, held_m=eoa_m, emergency=braking, aboard=aboard
-        )
+        return authority, memory._replace(held=held, held_m=eoa_m, emergency=braking, aboard=aboard)
 
     def eoa_behind_m(
         self,
@@ -306,7 +274,7 @@ class ControlMap:
         leader_speed_mps: FloatArray,  # noqa: ARG002 - the leader is taken as standing
     ) -> FloatArray:
         """
-        Return the limit of a train behind its leader.
+        Return the end of authority of a train behind its leader.
 
         Parameters
         ----------
@@ -331,7 +299,7 @@ class ControlMap:
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
-        Return the speed from which the service brake keeps a limit that stays.
+        Return the speed from which the service brake keeps an end of authority that stays.
 
         Parameters
         ----------
@@ -340,14 +308,14 @@ class ControlMap:
         front_m
             Places of its front. [m], shape (n_places,)
         eoa_m
-            Its limits. [m], shape (n_places,)
+            Its ends of authority. [m], shape (n_places,)
 
         Returns
         -------
         FloatArray
             Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
         """
-        braked_mps = braked_to_mps(self._world, self._trains.square, row, (front_m, eoa_m))
+        braked_mps = braked_to_mps(self._world, row, (front_m, eoa_m))
         return np.minimum(braked_mps, self._ceiling.at_mps(row, front_m))
 
     def plan(
@@ -403,15 +371,15 @@ class ControlMap:
             state.granted_by,
         )
         now_s = UPDATE_S * round(state.time_s / UPDATE_S)
-        return make_plan(
-            now_s,
+        scene = Scene(
+            Grid(now_s, UPDATE_S, self._horizon.moments),
             known,
-            earlier,
             trains,
             self._order,
             Obstructions(beside.start_m, beside.from_s, beside.until_s, beside.concerns),
             self._horizon,
         )
+        return make_plan(scene, earlier)
 
     def _gone(self, state: LineState) -> BoolArray:
         """Return who has left the line: detection at both ends of it is by wire."""
@@ -420,7 +388,7 @@ class ControlMap:
     def _excludes(
         self, plan: MapPlan, furthest_m: FloatArray, state: LineState, memory: Memory
     ) -> bool:
-        """Return whether no band overlaps another one, and no limit lies beyond what is free."""
+        """Return whether no band overlaps another one, and no end lies beyond what is free."""
         reports, margin_m = memory.reports, self._options.margin_m
         tail_m = reports.front_m - self._world.length_m - memory.aboard.longer_m
         known = (reports.front_m, tail_m, self._gone(state), state.granted_to_m)
@@ -437,5 +405,6 @@ class ControlMap:
         age_s = np.clip(state.time_s - reports.known_s, 0.0, UPDATE_S * COMMANDS)
         now_m = reports.front_m + age_s * reports.speed_mps
         anywhere_m, now = np.full_like(now_m, np.inf), np.newaxis
-        own_m = eoas_m(now_m[:, now], reports.speed_mps[:, now], anywhere_m, self._figures, 0.0)
+        braking = plain(self._trains.braking)
+        own_m = eoas_m(now_m[:, now], reports.speed_mps[:, now], anywhere_m, braking, 0.0)
         return own_m[:, 0] + self._options.margin_m

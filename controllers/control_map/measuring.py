@@ -2,11 +2,11 @@
 What trains and centre make of measurements that may be wrong.
 
 A train counts its wheels' turns from the last balise, and compares their speed with what it feels
-by its acceleration. As long as both agree within :data:`RATIO`, the counted distance is off by no
-more than that share of it; where they do not, the wheels slip or slide, and what they count too
-much or too little is uncertain until the next balise. :attr:`Aboard.uncertain_m` bounds the error
-at any time. Half of the margin of the bands is for it; by what is beyond, the band is widened at
-both ends.
+by its acceleration. As long as both agree within ``RATIO``, the counted distance is off by no more
+than that share of it; where they do not, the wheels slip or slide, and what they count too much or
+too little is uncertain until the next balise. :attr:`Aboard.uncertain_m` bounds the error at any
+time. Half of the margin of the bands is for it; by what is beyond, the band is widened at both
+ends.
 
 Time stamps that cannot be true are not believed: neither by trains nor by the centre.
 """
@@ -17,21 +17,16 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.controllers.centre.reports import radio_of
-from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.compiled import compiled
-from kankaku.railway.plan.radio_spec import TOLERANCE_S, RadioSpec
+from kankaku.controllers.control_map.located import Located, located
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.plan.radio_spec import NEVER, TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.step.state import LineState, RadioState, UnitState
+from kankaku.railway.step.state import NO_VERSION, LineState, RadioState, UnitState
 
-RATIO = 0.02
-"""The speed by wheels and the felt one agree if they differ by no more of it. [-]"""
-TOLD_M = 0.2
-"""A position that a balise corrects by more was wrong. [m]"""
 EARLY_S = 0.5
 """A message from further in the future is not believed, nor a clock that is so far off. [s]"""
 LATE_S = 2.0
 """Longest delay of a message (Sugiyama 2018, section 3.1.3). [s]"""
-ROUNDING_MPS = 1e-6
 
 
 class Notice(Enum):
@@ -62,9 +57,9 @@ class Alarm(NamedTuple):
 class Said(NamedTuple):
     """What trains added to the reports of one cycle; arrays of shape (n_trains,)."""
 
-    made_s: float
+    cycle: int
     longer_m: FloatArray
-    taken_s: FloatArray
+    taken: IntArray
     clock_error_s: FloatArray
 
 
@@ -87,10 +82,8 @@ class Aboard(NamedTuple):
     counted_m: FloatArray
     """What the odometer said there. [m]"""
     clock_error_s: FloatArray
-    judged_s: FloatArray
-    """When the last telegram was sent that each train has believed or not. [s]"""
-    taken_s: FloatArray
-    """When the last one was sent that it has believed. [s]"""
+    judged: IntArray
+    """Cycle of the last telegram that each train has believed or not."""
     refuses: BoolArray
     """The train has not believed the last telegram."""
     slow: BoolArray
@@ -109,8 +102,10 @@ class Aboard(NamedTuple):
     """The centre has not heard from a train for too long."""
     said: tuple[Said, ...]
     """What may still arrive, oldest first."""
-    radio: tuple[RadioState | None, RadioState | None]
-    """What has arrived, and what of it is believed."""
+    arrived: RadioState
+    """What has arrived."""
+    believed: RadioState
+    """What of it is believed."""
     leaving: BoolArray
     """Who brakes in emergency because it might leave its band."""
     alarms: tuple[Alarm, ...]
@@ -153,7 +148,10 @@ def all_right(world: World) -> Aboard:
     Aboard
         Every train is exactly at its origin.
     """
-    zero, never = np.zeros(world.size), np.full(world.size, -np.inf)
+    zero, never = np.zeros(world.size), np.full(world.size, NEVER)
+    never_s = np.full(world.size, -np.inf)
+    versions = NO_VERSION, NO_VERSION
+    nothing = RadioState(never, never, never, never_s, never_s, never_s, *versions)
     nobody, origin_m = np.zeros(world.size, dtype=np.bool_), world.stop_m[:, 0]
     return Aboard(
         uncertain_m=zero,
@@ -165,8 +163,7 @@ def all_right(world: World) -> Aboard:
         balise_m=origin_m,
         counted_m=origin_m,
         clock_error_s=zero,
-        judged_s=never,
-        taken_s=never,
+        judged=never,
         refuses=nobody,
         slow=nobody,
         stamp_error_s=0.0,
@@ -176,7 +173,8 @@ def all_right(world: World) -> Aboard:
         in_time=True,
         unheard=nobody,
         said=(),
-        radio=(None, None),
+        arrived=nothing,
+        believed=nothing,
         leaving=nobody,
         alarms=(),
     )
@@ -185,7 +183,7 @@ def all_right(world: World) -> Aboard:
 def measure(
     state: LineState,
     aboard: Aboard,
-    sent_s: FloatArray,
+    cycles: IntArray,
     world: World,
     radio: RadioSpec,
     allowance_m: float,
@@ -199,8 +197,8 @@ def measure(
         The line, with what its units measure.
     aboard
         From the step before.
-    sent_s
-        When the telegrams were sent that there are. [s], shape (n_slots,)
+    cycles
+        Of the telegrams that there are. shape (n_slots,)
     world
         The trains.
     radio
@@ -220,11 +218,11 @@ def measure(
     aboard = _locate(state, units, aboard, world.step_s, allowance_m)
     front_m = state.front_m + aboard.shift_m
     tail_m = front_m - world.length_m - 2.0 * aboard.widened_m
-    aboard = _listen(state, units, aboard, sent_s, world.step_s)
+    aboard = _listen(state, units, aboard, cycles, world.step_s)
     aboard = _report(state, aboard, radio)
     speed_mps = np.maximum(state.speed_mps, units.wheels_mps)
     seen = state._replace(
-        front_m=front_m, tail_m=tail_m, speed_mps=speed_mps, radio=aboard.radio[1]
+        front_m=front_m, tail_m=tail_m, speed_mps=speed_mps, radio=aboard.believed
     )
     return seen, aboard
 
@@ -233,101 +231,44 @@ def _locate(
     state: LineState, units: UnitState, aboard: Aboard, step_s: float, allowance_m: float
 ) -> Aboard:
     """Count wheels, and bound by how much they may be wrong."""
-    measured = (units.odometer_m, units.wheels_mps, units.balise_m, units.counted_m)
-    before = (aboard.uncertain_m, aboard.widened_m, aboard.off_mps)
-    references = (aboard.balise_m, aboard.counted_m, aboard.disagrees)
-    *located, disagrees, found, wrong, news = _located(
-        state.front_m, state.speed_mps, measured, before, references, step_s, allowance_m
+    measured = units.odometer_m, units.wheels_mps, units.balise_m, units.counted_m
+    before = (
+        aboard.uncertain_m,
+        aboard.widened_m,
+        aboard.off_mps,
+        aboard.balise_m,
+        aboard.counted_m,
+        aboard.disagrees,
     )
-    if news:
-        aboard = aboard.alarm(state.time_s, Notice.WHEELS, found)
-        aboard = aboard.alarm(state.time_s, Notice.BALISE, wrong)
-    uncertain_m, widened_m, shift_m, retreat_m, off_mps = located
+    felt = state.front_m, state.speed_mps
+    found = Located(*located(felt, measured, before, step_s, allowance_m))
+    if found.news:
+        aboard = aboard.alarm(state.time_s, Notice.WHEELS, found.disagrees & ~aboard.disagrees)
+        aboard = aboard.alarm(state.time_s, Notice.BALISE, found.wrong)
     return aboard._replace(
-        uncertain_m=uncertain_m,
-        widened_m=widened_m,
-        shift_m=shift_m,
-        retreat_m=retreat_m,
-        off_mps=off_mps,
-        disagrees=disagrees,
+        uncertain_m=found.uncertain_m,
+        widened_m=found.widened_m,
+        shift_m=found.shift_m,
+        retreat_m=found.retreat_m,
+        off_mps=found.off_mps,
+        disagrees=found.disagrees,
         balise_m=units.balise_m,
         counted_m=units.counted_m,
         clock_error_s=units.clock_error_s,
     )
 
 
-@compiled
-def _located(  # noqa: PLR0917 - compiled functions take plain arrays
-    front_m: FloatArray,
-    felt_mps: FloatArray,
-    measured: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
-    before: tuple[FloatArray, FloatArray, FloatArray],
-    references: tuple[FloatArray, FloatArray, BoolArray],
-    step_s: float,
-    allowance_m: float,
-) -> tuple[
-    FloatArray,
-    FloatArray,
-    FloatArray,
-    FloatArray,
-    FloatArray,
-    BoolArray,
-    BoolArray,
-    BoolArray,
-    bool,
-]:
-    odometer_m, wheels_mps, balise_m, counted_m = measured
-    uncertain_before_m, widened_before_m, off_before_mps = before
-    balise_before_m, counted_before_m, disagreed = references
-    size = front_m.size
-    uncertain_m, widened_m, shift_m = np.zeros(size), np.zeros(size), np.zeros(size)
-    retreat_m, off_mps = np.zeros(size), np.zeros(size)
-    disagrees, found = np.zeros(size, dtype=np.bool_), np.zeros(size, dtype=np.bool_)
-    wrong, news = np.zeros(size, dtype=np.bool_), False
-    for train in range(size):
-        felt = felt_mps[train]
-        off = abs(wheels_mps[train] - felt)
-        off_mps[train] = off
-        uncertain = uncertain_before_m[train]
-        if counted_m[train] != counted_before_m[train]:
-            correction = balise_m[train] - counted_m[train]
-            correction -= balise_before_m[train] - counted_before_m[train]
-            retreat_m[train] = correction
-            wrong[train] = abs(correction) > TOLD_M
-            uncertain = 0.0
-        uncertain += step_s * max(off, off_before_mps[train], RATIO * felt)
-        uncertain_m[train] = uncertain
-        widened = max(uncertain - allowance_m, 0.0)
-        widened_m[train] = widened
-        retreat_m[train] += widened - widened_before_m[train]
-        place = balise_m[train] + (odometer_m[train] - counted_m[train])
-        shift_m[train] = place + widened - front_m[train]
-        disagrees[train] = off > RATIO * felt + ROUNDING_MPS
-        found[train] = disagrees[train] and not disagreed[train]
-        news = news or found[train] or wrong[train]
-    return (
-        uncertain_m,
-        widened_m,
-        shift_m,
-        retreat_m,
-        off_mps,
-        disagrees,
-        found,
-        wrong,
-        news,
-    )
-
-
 def _listen(
-    state: LineState, units: UnitState, aboard: Aboard, sent_s: FloatArray, step_s: float
+    state: LineState, units: UnitState, aboard: Aboard, cycles: IntArray, step_s: float
 ) -> Aboard:
     """Let trains believe the telegrams whose time stamps may be true."""
-    heard_s = radio_of(state).heard_s
-    fresh = heard_s > aboard.judged_s
+    believed, radio = aboard.believed, radio_of(state)
+    heard, heard_s = radio.heard, radio.heard_s
+    fresh = heard > aboard.judged
     if not fresh.any():
         return aboard
     # What takes no time at all is heard in the step in which the centre sends it.
-    fresh &= (heard_s[:, np.newaxis] == sent_s).any(axis=1)
+    fresh &= (heard[:, np.newaxis] == cycles).any(axis=1)
     age_s = state.time_s + units.clock_error_s - heard_s - aboard.stamp_error_s
     early = fresh & (age_s < -EARLY_S - TOLERANCE_S)
     late = fresh & (age_s > LATE_S + step_s + TOLERANCE_S)
@@ -335,8 +276,12 @@ def _listen(
     refuses = (aboard.refuses & ~fresh) | early | late
     aboard = aboard.alarm(state.time_s, Notice.TRAIN_STAMP, refuses & ~aboard.refuses)
     return aboard._replace(
-        judged_s=np.where(fresh, heard_s, aboard.judged_s),
-        taken_s=np.where(taken, heard_s, aboard.taken_s),
+        judged=np.where(fresh, heard, aboard.judged),
+        believed=believed._replace(
+            heard=np.where(taken, heard, believed.heard),
+            heard_s=np.where(taken, heard_s, believed.heard_s),
+            telegrams_version=believed.telegrams_version + 1,
+        ),
         refuses=refuses,
         slow=(aboard.slow & ~taken) | early,
     )
@@ -344,45 +289,46 @@ def _listen(
 
 def _report(state: LineState, aboard: Aboard, spec: RadioSpec) -> Aboard:
     """Let trains report, and the centre believe the reports whose time stamps may be true."""
-    radio, (before, believed) = radio_of(state), aboard.radio
-    made_s = spec.last_report_s(state.time_s)
-    speaking = not aboard.said or made_s > aboard.said[-1].made_s
-    if not speaking and radio is before and believed and believed.heard_s is aboard.taken_s:
-        return aboard
-    if speaking:
-        oldest_s = made_s - spec.cycle_s - spec.delay_most_s
-        kept = tuple(said for said in aboard.said if said.made_s >= oldest_s)
-        said = Said(made_s, 2.0 * aboard.widened_m, aboard.taken_s, aboard.clock_error_s)
+    radio, before = radio_of(state), aboard.arrived
+    cycle = spec.report_cycle(state.time_s)
+    if not aboard.said or cycle > aboard.said[-1].cycle:
+        oldest_s = spec.report_s(cycle) - spec.cycle_s - spec.delay_most_s
+        kept = tuple(said for said in aboard.said if spec.report_s(said.cycle) >= oldest_s)
+        said = Said(cycle, 2.0 * aboard.widened_m, aboard.believed.heard, aboard.clock_error_s)
         aboard = aboard._replace(said=(*kept, said))
-    if before is None or believed is None:
-        never = np.full_like(aboard.taken_s, -np.inf)
-        believed = RadioState(never, aboard.taken_s, never)
-    if before is None or radio.reported_s is not before.reported_s:
-        fresh = np.isfinite(radio.reported_s)
-        if before is not None:
-            fresh &= radio.reported_s != before.reported_s
-        reported_s = np.where(fresh, radio.reported_s, np.nan)
-        aboard, believed = _take(state.time_s, reported_s, aboard, believed)
-    return aboard._replace(radio=(radio, believed._replace(heard_s=aboard.taken_s)))
+    if radio.reports_version != before.reports_version:
+        fresh = (radio.reported != before.reported) & (radio.reported != NEVER)
+        aboard = _take(state.time_s, np.where(fresh, radio.reported, NEVER), aboard, spec)
+    return aboard._replace(arrived=radio)
 
 
-def _take(
-    time_s: float, reported_s: FloatArray, aboard: Aboard, believed: RadioState
-) -> tuple[Aboard, RadioState]:
+def _take(time_s: float, reported: IntArray, aboard: Aboard, spec: RadioSpec) -> Aboard:
+    """Let the centre believe reports that have arrived now, by their cycles."""
+    believed = aboard.believed
     longer_m, stamped_s = aboard.longer_m.copy(), aboard.stamped_s.copy()
-    accepted_s, acknowledged_s = believed.reported_s.copy(), believed.acknowledged_s.copy()
+    accepted, acknowledged = believed.reported.copy(), believed.acknowledged.copy()
     misses = aboard.misses.copy()
     for said in aboard.said:
-        arrived = reported_s == said.made_s
-        age_s = time_s - said.made_s - said.clock_error_s
+        arrived = reported == said.cycle
+        age_s = time_s - spec.report_s(said.cycle) - said.clock_error_s
         true = (age_s >= -EARLY_S - TOLERANCE_S) & (age_s <= LATE_S + TOLERANCE_S)
         misses = np.where(arrived, ~true, misses)
         taken = arrived & true
-        accepted_s[taken] = said.made_s
-        acknowledged_s[taken] = said.taken_s[taken]
+        accepted[taken] = said.cycle
+        acknowledged[taken] = said.taken[taken]
         longer_m[taken], stamped_s[taken] = said.longer_m[taken], said.clock_error_s[taken]
     aboard = aboard.alarm(time_s, Notice.REPORT_STAMP, misses & ~aboard.misses)
-    if np.array_equal(accepted_s, believed.reported_s):
-        return aboard._replace(misses=misses), believed
-    aboard = aboard._replace(misses=misses, longer_m=longer_m, stamped_s=stamped_s)
-    return aboard, RadioState(accepted_s, believed.heard_s, acknowledged_s)
+    if np.array_equal(accepted, believed.reported):
+        return aboard._replace(misses=misses)
+    return aboard._replace(
+        misses=misses,
+        longer_m=longer_m,
+        stamped_s=stamped_s,
+        believed=believed._replace(
+            reported=accepted,
+            acknowledged=acknowledged,
+            reported_s=spec.reports_s(accepted),
+            acknowledged_s=spec.telegrams_s(acknowledged),
+            reports_version=believed.reports_version + 1,
+        ),
+    )

@@ -1,18 +1,17 @@
 """What a train does with its commands: which band it keeps, and how fast it is to go."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from kankaku.controllers.control_map.measuring import Aboard
-from kankaku.controllers.control_map.planned_run import stopping_place_m
-from kankaku.controllers.protection.ceiling import (
-    CeilingFields,
-    CeilingFigures,
-    LineCeiling,
-    ceiling_ahead_mps,
-)
+from kankaku.controllers.control_map.telegrams import Sent
+from kankaku.controllers.protection.ceiling import LineCeiling, ceiling_ahead_mps, figures_of
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled, plain
-from kankaku.railway.step.state import NOTHING, LineState
+from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.plan.brake_table import BrakeTable, braked_stop_m
+from kankaku.railway.plan.radio_spec import NEVER
+from kankaku.railway.step.state import NOTHING, LineState, Whereabouts
 
 HEADROOM_MPS = 0.3
 """A train that is a little behind its plan may catch up. [m/s]"""
@@ -26,23 +25,36 @@ NEAR_M = 50.0
 """So near is near. [m]"""
 
 
+class Held(NamedTuple):
+    """What trains know beside their telegrams; arrays of shape (n_trains,)."""
+
+    clock_s: FloatArray
+    """Now, by the clocks of the trains. [s]"""
+    to_stop_m: FloatArray
+    """How far it is to their next stops, as platforms measure it. [m]"""
+    heard: IntArray
+    """Cycle of the last telegram that each train has."""
+    held: IntArray
+    """Cycle of the commands that each train has gone by."""
+    held_m: FloatArray
+    """The ends of authority kept so far. [m]"""
+
+
+class Tempo(NamedTuple):
+    """How time is cut."""
+
+    step_s: float
+    """Length of the simulator's step. [s]"""
+    moment_s: float
+    """Time between the moments of a telegram. [s]"""
+
+
 @compiled
-def keep_bands(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
-    clock_s: FloatArray,
-    step_s: float,
-    moment_s: float,
-    front_m: FloatArray,
-    speed_mps: FloatArray,
-    to_stop_m: FloatArray,
-    present: BoolArray,
-    heard_s: FloatArray,
-    sent: tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray],
-    held_s: FloatArray,
-    held_m: FloatArray,
-    figures: tuple[FloatArray, FloatArray, FloatArray],
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def keep_bands(
+    whereabouts: Plain, held_fields: Plain, sent_fields: Plain, tempo_fields: Plain, brakes: Plain
+) -> tuple[FloatArray, FloatArray, IntArray]:
     """
-    Return the limits that trains keep, and the speeds that they are commanded.
+    Return the ends of authority that trains keep, and the speeds that they are commanded.
 
     A new command may ask for more braking than the service brake can do, because the train is not
     quite where the centre thought. It is kept with the service brake as far as the way is
@@ -50,101 +62,97 @@ def keep_bands(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
 
     Parameters
     ----------
-    clock_s
-        Now, by the clocks of the trains. [s], shape (n_trains,)
-    step_s
-        Length of the simulator's step. [s]
-    moment_s
-        Time between the moments of a telegram. [s]
-    front_m, speed_mps
-        Where trains are. [m] and [m/s], shape (n_trains,)
-    to_stop_m
-        How far it is to their next stops, as platforms measure it. [m], shape (n_trains,)
-    present
-        Trains on the line. shape (n_trains,)
-    heard_s
-        When the last telegram that each train has was sent. [s], shape (n_trains,)
-    sent
-        The first five fields of :class:`~kankaku.controllers.control_map.telegrams.Sent`.
-    held_s
-        When the commands were sent that each train has gone by. [s], shape (n_trains,)
-    held_m
-        The limits kept so far. [m], shape (n_trains,)
-    figures
-        Twice the brake potential, row starts and service brakes.
+    whereabouts
+        Of :class:`~kankaku.railway.step.state.Whereabouts`, plain.
+    held_fields
+        Of :class:`Held`, plain.
+    sent_fields
+        Of :class:`~kankaku.controllers.control_map.telegrams.Sent`, plain.
+    tempo_fields
+        Of :class:`Tempo`, plain.
+    brakes
+        Of :class:`~kankaku.railway.plan.brake_table.BrakeTable`, plain.
 
     Returns
     -------
-    tuple[FloatArray, FloatArray, FloatArray]
-        Limits [m], speeds at the end of the step [m/s], inf without commands, and when the
-        commands were sent that each train goes by [s]; shape (n_trains,) each.
+    tuple[FloatArray, FloatArray, IntArray]
+        Ends of authority [m], speeds at the end of the step [m/s], inf without commands, and the
+        cycle of the commands that each train goes by; shape (n_trains,) each.
     """
-    sent_s, eoas_m, speeds_mps, free_m, furthest_m = sent
-    square, row_start, brake_mps2 = figures
-    eoa_m, commanded_mps = front_m.copy(), np.full(front_m.size, np.inf)
-    goes_by_s = held_s.copy()
-    last = eoas_m.shape[2] - 1
-    for train in range(front_m.size):
-        if not present[train]:
+    trains, held, sent = Whereabouts(*whereabouts), Held(*held_fields), Sent(*sent_fields)
+    tempo, braking = Tempo(*tempo_fields), BrakeTable(*brakes)
+    eoa_m, commanded_mps = trains.front_m.copy(), np.full(trains.front_m.size, np.inf)
+    goes_by = held.held.copy()
+    for train in range(eoa_m.size):
+        if not trains.present[train]:
             continue
-        slot = -1
-        for number in range(sent_s.size):
-            has_commands = furthest_m[number, train] > -np.inf
-            if sent_s[number] == heard_s[train] and has_commands:
-                goes_by_s[train] = heard_s[train]
-        for number in range(sent_s.size):
-            if sent_s[number] == goes_by_s[train]:
-                slot = number
-        if slot < 0 or goes_by_s[train] == -np.inf:
+        slot = _slot(train, held.heard[train], goes_by, sent)
+        front_m, speed_mps = trains.front_m[train], trains.speed_mps[train]
+        if slot < 0 or goes_by[train] == NEVER:
             # Nothing yet, or nothing for so long that the train has braked in emergency.
-            eoa_m[train] = max(held_m[train], front_m[train])
+            eoa_m[train] = max(held.held_m[train], front_m)
             continue
-        since = (clock_s[train] - sent_s[slot]) / moment_s
-        moment = min(max(int(since), 0), last)
-        after = min(moment + 1, last)
-        part = min(max(since - moment, 0.0), 1.0)
-        points_m, planned_mps = eoas_m[slot, train], speeds_mps[slot, train]
-        bound_m = points_m[moment] + part * (points_m[after] - points_m[moment])
-        if bound_m < held_m[train]:
-            own_m = stopping_place_m(
-                square, row_start[train], front_m[train], speed_mps[train], brake_mps2[train]
-            )
-            kept_m = min(own_m, held_m[train], free_m[slot, train])
+        since = (held.clock_s[train] - sent.sent_s[slot]) / tempo.moment_s
+        bound_m = _at_moment(sent.eoa_m[slot, train], since)
+        if bound_m < held.held_m[train]:
+            own_m = braked_stop_m(braking, train, front_m, speed_mps)
+            kept_m = min(own_m, held.held_m[train], sent.free_m[slot, train])
             bound_m = max(bound_m, kept_m)
         eoa_m[train] = bound_m
-        since += step_s / moment_s
-        moment = min(max(int(since), 0), last)
-        after = min(moment + 1, last)
-        part = min(max(since - moment, 0.0), 1.0)
-        wish = planned_mps[moment] + part * (planned_mps[after] - planned_mps[moment])
+        since += tempo.step_s / tempo.moment_s
+        wish = _at_moment(sent.speed_mps[slot, train], since)
         commanded_mps[train] = wish + HEADROOM_MPS if wish > 0.0 else 0.0
-        if 0.0 < to_stop_m[train] < NEAR_M:
+        if 0.0 < held.to_stop_m[train] < NEAR_M:
             # The platform measures the last metres, whatever the centre believes.
             commanded_mps[train] = max(commanded_mps[train], CREEP_MPS)
-    return eoa_m, commanded_mps, goes_by_s
+    return eoa_m, commanded_mps, goes_by
+
+
+@compiled
+def _slot(train: int, heard: int, goes_by: IntArray, sent: Sent) -> int:
+    """Return the telegram that a train goes by, -1 for none, and write its cycle."""
+    slot = -1
+    for number in range(sent.cycle.size):
+        has_commands = sent.furthest_m[number, train] > -np.inf
+        if sent.cycle[number] == heard and has_commands:
+            goes_by[train] = heard
+    for number in range(sent.cycle.size):
+        if sent.cycle[number] == goes_by[train]:
+            slot = number
+    return slot
+
+
+@compiled
+def _at_moment(values: FloatArray, since: float) -> float:
+    """Return a value of a telegram so many moments after it was sent; the last one stays."""
+    last = values.size - 1
+    moment = min(max(int(since), 0), last)
+    after = min(moment + 1, last)
+    part = min(max(since - moment, 0.0), 1.0)
+    return float(values[moment] + part * (values[after] - values[moment]))
 
 
 @compiled
 def behind_bands(
     eoa_m: FloatArray,
-    sent_s: FloatArray,
+    cycle: IntArray,
     free_m: FloatArray,
     behind: tuple[IntArray, IntArray],
-    held_s: FloatArray,
+    held: IntArray,
 ) -> IntArray:
     """
-    Return what is behind the limits and the speeds that trains keep.
+    Return what is behind the ends and the speeds that trains keep.
 
     Parameters
     ----------
     eoa_m
-        The limits. [m], shape (n_trains,)
-    sent_s, free_m
+        The ends of authority. [m], shape (n_trains,)
+    cycle, free_m
         As in :class:`~kankaku.controllers.control_map.telegrams.Sent`.
     behind
         What the way was free up to, and what runs were slowed by. shape (n_slots, n_trains) each
-    held_s
-        When the commands were sent that each train goes by. [s], shape (n_trains,)
+    held
+        Cycle of the commands that each train goes by. shape (n_trains,)
 
     Returns
     -------
@@ -154,19 +162,14 @@ def behind_bands(
     free_by, slowed_by = behind
     found = np.full(eoa_m.size, NOTHING)
     for train in range(eoa_m.size):
-        for slot in range(sent_s.size):
-            if sent_s[slot] == held_s[train] and held_s[train] > -np.inf:
+        for slot in range(cycle.size):
+            if cycle[slot] == held[train] and held[train] != NEVER:
                 ends = eoa_m[train] >= free_m[slot, train]
                 found[train] = free_by[slot, train] if ends else slowed_by[slot, train]
     return found
 
 
-def may_leave(
-    seen: LineState,
-    aboard: Aboard,
-    eoa_m: FloatArray,
-    figures: tuple[FloatArray, FloatArray, FloatArray],
-) -> BoolArray:
+def may_leave(seen: LineState, aboard: Aboard, eoa_m: FloatArray, braking: BrakeTable) -> BoolArray:
     """
     Return which trains brake in emergency, because they might leave their bands.
 
@@ -180,9 +183,9 @@ def may_leave(
     aboard
         What is known of measurements.
     eoa_m
-        The limits of the bands. [m], shape (n_trains,)
-    figures
-        Twice the brake potential, row starts and service brakes.
+        Where the bands end. [m], shape (n_trains,)
+    braking
+        How trains brake.
 
     Returns
     -------
@@ -193,11 +196,9 @@ def may_leave(
     learnt = aboard.retreat_m > 0.0
     if not learnt.any():
         return leaving
-    square, row_start, brake_mps2 = figures
     for row in np.flatnonzero(seen.running & learnt & ~leaving).tolist():
         front_m, speed_mps = float(seen.front_m[row]), float(seen.speed_mps[row])
-        start, brake = float(row_start[row]), float(brake_mps2[row])
-        stop_m = stopping_place_m(square, start, front_m, speed_mps, brake)
+        stop_m = braked_stop_m(braking, row, front_m, speed_mps)
         leaving[row] = speed_mps > 0.0 and stop_m > eoa_m[row] + KEPT_M
     return leaving
 
@@ -221,18 +222,17 @@ def ceilings_mps(ceiling: LineCeiling, seen: LineState, aboard: Aboard) -> Float
         [m/s], shape (n_trains,)
     """
     places_m = seen.front_m - aboard.widened_m, aboard.uncertain_m
-    return _lowest_mps(plain(ceiling.figures), *places_m, seen.speed_mps, seen.present)
+    return _lowest_mps(plain(ceiling.figures), places_m, seen.speed_mps, seen.present)
 
 
 @compiled
 def _lowest_mps(
-    fields: CeilingFields,
-    measured_m: FloatArray,
-    uncertain_m: FloatArray,
+    fields: Plain,
+    places_m: tuple[FloatArray, FloatArray],
     speed_mps: FloatArray,
     present: BoolArray,
 ) -> FloatArray:
-    line = CeilingFigures(*fields)
+    line, (measured_m, uncertain_m) = figures_of(fields), places_m
     lowest_mps = np.zeros_like(measured_m)
     for train in range(measured_m.size):
         if not present[train]:

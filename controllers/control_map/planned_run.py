@@ -1,8 +1,8 @@
 """
 A run along the way ahead: the drive's own formulas on the grid of the control map.
 
-A run keeps its limits as the train will, with the service brake; so the band of a run that
-this module returns lies before the limits by construction.
+A run keeps its ends of authority as the train will, with the service brake; so the band of a run
+that this module returns lies before them by construction.
 """
 
 from typing import NamedTuple
@@ -17,15 +17,13 @@ from kankaku.controllers.protection.ceiling import (
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
 from kankaku.railway.motion.kinematics import next_speed_mps
-from kankaku.railway.motion.traction_table import Pull, pull_of, pulled_mps
-from kankaku.railway.plan.profile import at, braking_loss_mps
+from kankaku.railway.motion.traction_table import pulled_mps
+from kankaku.railway.plan.brake_table import BrakeTable, braking_loss_mps, braking_v2_at
 from kankaku.railway.plan.world import World
 
 ARRIVED_M = 0.5
 """A run that comes this near to its stop has arrived. [m]"""
 ARRIVED_MPS = 1.0
-ROUNDS = 4
-"""Newton steps to a stopping place; the brake potential is nearly straight. [-]"""
 
 
 class Trains(NamedTuple):
@@ -38,16 +36,13 @@ class Trains(NamedTuple):
     early_s: float
     """How much earlier than booked a train is to arrive. [s]"""
     margin_m: float
-    """Between a limit and the rear that it keeps clear of. [m]"""
+    """Between an end of authority and the rear that it keeps clear of. [m]"""
     far_m: float
     end_m: float
     """Where trains leave the line. [m]"""
-    square: FloatArray
-    """Twice the brake potential. [m2/s2], shape (n_types * n_grid,)"""
-    pull: Pull
-    row_start: FloatArray
+    braking: BrakeTable
     ceiling: CeilingFigures
-    brake_mps2: FloatArray
+    """Traction included."""
     length_m: FloatArray
     stop_m: FloatArray
     """shape (n_trains, n_calls + 1)"""
@@ -85,7 +80,7 @@ def trains_of(world: World, pace: Pace) -> Trains:
     Trains
         It stays for a whole run of the simulator.
     """
-    step_s, profile = pace.step_s, world.profile
+    step_s = pace.step_s
     return Trains(
         step_s,
         step_s * pace.gentle_mps2,
@@ -93,11 +88,8 @@ def trains_of(world: World, pace: Pace) -> Trains:
         pace.margin_m,
         world.far_m,
         world.line.end_m,
-        2.0 * profile.potential_m2ps2.ravel(),
-        pull_of(world, profile, step_s),
-        world.row_start,
-        ceiling_figures(world, profile, step_s),
-        world.of_type("service_brake_mps2"),
+        world.braking,
+        ceiling_figures(world, world.profile, step_s),
         world.length_m,
         world.stop_m,
         world.call_count,
@@ -119,53 +111,23 @@ class RunPlace(NamedTuple):
     """When the stop is over; infinite while running. [s]"""
 
 
-@compiled
-def stopping_place_m(
-    square: FloatArray, row_start: float, front_m: float, speed_mps: float, brake_mps2: float
-) -> float:
-    """
-    Return where the service brake brings a train to a stand.
+class Task(NamedTuple):
+    """What a run is to keep to, and where it is written."""
 
-    Parameters
-    ----------
-    square
-        Twice the brake potential. [m2/s2], shape (n_types * n_grid,)
-    row_start
-        From :meth:`kankaku.railway.plan.profile.Profile.row_starts`. [-]
-    front_m
-        Front. [m]
-    speed_mps
-        Speed. [m/s]
-    brake_mps2
-        Service brake on the level. [m/s2]
-
-    Returns
-    -------
-    float
-        The front at a stand. [m]
-    """
-    wanted = at(square, front_m + row_start) + speed_mps * speed_mps
-    place = front_m + row_start + 0.5 * speed_mps * speed_mps / brake_mps2
-    if speed_mps == 0.0:
-        return place - row_start
-    for _ in range(ROUNDS):
-        cell = int(place)
-        slope = square[cell + 1] - square[cell]
-        place += (wanted - at(square, place)) / slope
-    return place - row_start
+    now_s: float
+    """The first moment. [s]"""
+    cap_mps: FloatArray
+    """Speed that the plan allows at the end of each step. [m/s], shape (n_moments - 1,)"""
+    end_v2_m2ps2: FloatArray
+    """Twice the brake potential at the end of authority of each moment. [m2/s2], (n_moments,)"""
+    front_m: FloatArray
+    """Written: the run. [m], shape (n_moments,)"""
+    speed_mps: FloatArray
+    """Written. [m/s], shape (n_moments,)"""
 
 
 @compiled
-def run(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
-    trains: Trains,
-    row: int,
-    place: RunPlace,
-    now_s: float,
-    cap_mps: FloatArray,
-    limit_square: FloatArray,
-    front_m: FloatArray,
-    speed_mps: FloatArray,
-) -> tuple[RunPlace, float, int]:
+def run(trains: Trains, row: int, place: RunPlace, task: Task) -> tuple[RunPlace, float, int]:
     """
     Run a train from moment to moment.
 
@@ -177,55 +139,65 @@ def run(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
         The train.
     place
         Where it is at the first moment.
-    now_s
-        The first moment. [s]
-    cap_mps
-        Speed that the plan allows at the end of each step. [m/s], shape (n_moments - 1,)
-    limit_square
-        Twice the brake potential at the limit at each moment. [m2/s2], shape (n_moments,)
-    front_m, speed_mps
-        Written: the run. [m] and [m/s], shape (n_moments,)
+    task
+        What it keeps to.
 
     Returns
     -------
     tuple[RunPlace, float, int]
         Where it is at the last moment, when it first arrived at a stop (infinite if it did not),
-        and the last moment at which a limit made it slower; 0 for none.
+        and the last moment at which an end of authority made it slower; 0 for none.
     """
-    step_s, far_m = trains.step_s, trains.far_m
-    start, count = trains.row_start[row], trains.call_count[row]
+    step_s, count = trains.step_s, trains.call_count[row]
     front, speed, call, leaves_s = place.front_m, place.speed_mps, place.call, place.leaves_s
-    stop_square = at(trains.square, min(trains.stop_m[row, call], far_m) + start)
+    stop_v2 = _stop_v2_m2ps2(trains, row, call)
     arrival_s, hindered = np.inf, 0
-    front_m[0], speed_mps[0] = front, speed
-    for moment in range(1, front_m.size):
-        time_s = now_s + step_s * moment
+    task.front_m[0], task.speed_mps[0] = front, speed
+    for moment in range(1, task.front_m.size):
+        time_s = task.now_s + step_s * moment
         if leaves_s < np.inf:
             stays = call + 1 == count and trains.leaves_at_stop[row]
             if time_s - step_s >= leaves_s - 1e-6 and not stays:
                 leaves_s = np.inf
                 call += 1
-                stop_square = at(trains.square, min(trains.stop_m[row, call], far_m) + start)
+                stop_v2 = _stop_v2_m2ps2(trains, row, call)
             else:
-                front_m[moment], speed_mps[moment] = front, 0.0
+                task.front_m[moment], task.speed_mps[moment] = front, 0.0
                 continue
-        here = at(trains.square, front + start)
-        loss = braking_loss_mps(trains.square, front + start, speed, step_s)
-        wish = pulled_mps(trains.pull, row, front + start, speed)
-        wish = min(wish, ceiling_ahead_mps(trains.ceiling, row, front, speed))
-        wish = min(wish, max(cap_mps[moment - 1], speed - trains.gentle_mps))
-        wish = min(wish, next_speed_mps(speed, stop_square - here, loss, 0.0))
-        kept = next_speed_mps(speed, limit_square[moment] - here, loss, 0.0)
-        if kept < wish - 1e-6:
+        ends = stop_v2, task.end_v2_m2ps2[moment], task.cap_mps[moment - 1]
+        after, held = _next_mps(trains, row, front, speed, ends)
+        if held:
             hindered = moment
-        after = max(min(wish, kept), speed - loss, 0.0)
-        front = min(front + 0.5 * (speed + after) * step_s, far_m)
+        front = min(front + 0.5 * (speed + after) * step_s, trains.far_m)
         speed = after
         near = abs(trains.stop_m[row, call] - front) < ARRIVED_M and speed < ARRIVED_MPS
-        if call < count and near and stop_square <= limit_square[moment]:
+        if call < count and near and stop_v2 <= task.end_v2_m2ps2[moment]:
             front, speed = trains.stop_m[row, call], 0.0
             ready_s = time_s + trains.minimum_dwell_s[row, call]
             leaves_s = max(trains.booked_departure_s[row, call], ready_s)
             arrival_s = min(arrival_s, time_s)
-        front_m[moment], speed_mps[moment] = front, speed
+        task.front_m[moment], task.speed_mps[moment] = front, speed
     return RunPlace(front, speed, call, leaves_s), arrival_s, hindered
+
+
+@compiled
+def _stop_v2_m2ps2(trains: Trains, row: int, call: int) -> float:
+    """Return twice the brake potential at the stop of a call."""
+    stop_m = min(trains.stop_m[row, call], trains.far_m)
+    return float(braking_v2_at(trains.braking, row, stop_m))
+
+
+@compiled
+def _next_mps(
+    trains: Trains, row: int, front: float, speed: float, ends: tuple[float, float, float]
+) -> tuple[float, bool]:
+    """Return the speed after a step, and whether the end of authority makes it lower."""
+    stop_v2, end_v2, cap_mps = ends
+    here = braking_v2_at(trains.braking, row, front)
+    loss = braking_loss_mps(trains.braking, row, front, speed, trains.step_s)
+    wish = pulled_mps(trains.ceiling.traction, row, front, speed)
+    wish = min(wish, ceiling_ahead_mps(trains.ceiling, row, front, speed))
+    wish = min(wish, max(cap_mps, speed - trains.gentle_mps))
+    wish = min(wish, float(next_speed_mps(speed, stop_v2 - here, loss, 0.0)))
+    kept = float(next_speed_mps(speed, end_v2 - here, loss, 0.0))
+    return max(min(wish, kept), speed - loss, 0.0), kept < wish - 1e-6

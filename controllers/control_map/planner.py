@@ -10,22 +10,33 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.control_map.planned_run import RunPlace, Trains, run, stopping_place_m
+from kankaku.controllers.control_map.planned_map import (
+    MOST_OLD,
+    Aims,
+    Horizon,
+    Known,
+    MapPlan,
+    Scratch,
+    blank_map,
+    scratch_for,
+)
+from kankaku.controllers.control_map.planned_run import RunPlace, Task, Trains, run
 from kankaku.controllers.control_map.way_ahead import (
     Ends,
     EndsOfAuthority,
     Grid,
     Obstructions,
     Order,
+    Others,
     lower_to_announced,
     lower_to_bands,
     lower_to_obstructions,
 )
 from kankaku.controllers.protection.ceiling import ceiling_here_mps
-from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import compiled
 from kankaku.railway.motion.traction_table import level_gain_mps
-from kankaku.railway.plan.profile import at
+from kankaku.railway.plan.brake_table import braked_stop_m, braking_v2_at
 from kankaku.railway.step.state import NOTHING
 
 CAPS_MPS = 1.5
@@ -36,175 +47,96 @@ LEAST_MPS = 1.0
 """Nobody is asked to go slower. [m/s]"""
 CREEP_M = 3.0
 """Who stands between stations stays there rather than move up by less. [m]"""
-MOST_OLD = 10
-"""Steps for which a report is run on to the present; nobody plans with an older one. [-]"""
 REACH_M = 3000.0
 """Bands and obstructions further ahead than this concern nobody. [m]"""
 
 
-class Known(NamedTuple):
-    """What the centre knows of trains; arrays of shape (n_trains,)."""
+class Scene(NamedTuple):
+    """What all runs of a map are made from."""
 
-    since_s: FloatArray
-    """When the last report was made. [s]"""
-    front_m: FloatArray
-    speed_mps: FloatArray
-    call: IntArray
-    leaves_s: FloatArray
-    """When a train that stands at its stop leaves at the earliest; inf for others. [s]"""
-    on_line: BoolArray
-    gone: BoolArray
-    """Trains that have left the line."""
-    granted_to_m: FloatArray
-    """Where the first thing begins that is not granted to the train. [m]"""
-    granted_by: IntArray
-    """What that is."""
-
-
-class Horizon(NamedTuple):
-    """How far maps reach, and what they keep in reserve."""
-
-    moments: int
-    old_steps: int
-    """Longest delay of a message that a train brakes, in steps. [-]"""
-    reserve_steps: int
-    """How much longer than it has to a train stands at its stop. [-]"""
-
-
-class Scratch(NamedTuple):
-    """Arrays that are written again for every train; shape (n_moments,) unless said."""
-
-    eoa_m: FloatArray
-    eoa_by: IntArray
-    """What is behind each limit."""
-    limit_square: FloatArray
-    """Twice the brake potential at the limits, margin taken off. [m2/s2]"""
-    kept_square: FloatArray
-    """The same of the limit that a train has kept since its report. [m2/s2], as path_m"""
-    cap_mps: FloatArray
-    trial_front_m: FloatArray
-    trial_speed_mps: FloatArray
-    path_m: FloatArray
-    """A run from the train's report on. [m], shape (MOST_OLD + n_moments,)"""
-    path_mps: FloatArray
-
-
-class MapPlan(NamedTuple):
-    """Run curves and bands on the grid of the map."""
-
-    made_s: float
-    front_m: FloatArray
-    """Run curves. [m], shape (n_trains, n_moments)"""
-    speed_mps: FloatArray
-    """[m/s], shape (n_trains, n_moments)"""
-    rear_m: FloatArray
-    """Rear of the bands. [m], shape (n_trains, n_moments)"""
-    ahead_m: FloatArray
-    """Front of the bands: where trains can stop, and the margin. [m], (n_trains, n_moments)"""
-    free_m: FloatArray
-    """Up to here the way was free when the map was made, margin taken off. [m], (n_trains,)"""
-    planned: BoolArray
-    """The train has been heard of lately and has a run. shape (n_trains,)"""
-    free_by: IntArray
-    """
-    What the way was free up to, as :attr:`kankaku.railway.step.state.Authority.eoa_by`.
-    (n_trains,)
-    """
-    slowed_by: IntArray
-    """What the run is slower for than the line allows; ``NOTHING`` if it is not. (n_trains,)"""
+    grid: Grid
+    known: Known
+    trains: Trains
+    order: Order
+    obstructions: Obstructions
+    horizon: Horizon
 
 
 @compiled
-def make_plan(  # noqa: PLR0917 - compiled functions take plain arrays
-    now_s: float,
-    known: Known,
-    earlier: MapPlan,
-    trains: Trains,
-    order: Order,
-    obstructions: Obstructions,
-    horizon: Horizon,
-) -> MapPlan:
+def make_plan(scene: Scene, earlier: MapPlan) -> MapPlan:
     """
-    MapPlan every train's run, leader first.
+    Plan every train's run, leader first.
 
     Parameters
     ----------
-    now_s
-        The present, on the grid of the map. [s]
-    known
-        What the centre knows.
+    scene
+        What runs are made from.
     earlier
         The plan that trains have gone by since their reports.
-    trains
-        What runs need to know.
-    order
-        Who goes before whom.
-    obstructions
-        What stands in the way.
-    horizon
-        How far the map reaches.
 
     Returns
     -------
     MapPlan
         Run curves and bands.
     """
-    size, moments = trains.length_m.size, horizon.moments
-    grid = Grid(now_s, trains.step_s, moments)
-    front_m, speed_mps = np.empty((size, moments)), np.zeros((size, moments))
-    rear_m, ahead_m = np.empty((size, moments)), np.empty((size, moments))
-    free_m, planned = np.zeros(size), np.zeros(size, dtype=np.bool_)
-    free_by, slowed_by = np.full(size, NOTHING), np.full(size, NOTHING)
-    scratch = _scratch(moments)
-    limits = EndsOfAuthority(scratch.eoa_m, scratch.eoa_by)
-    for row in range(size):
+    grid, known, trains = scene.grid, scene.known, scene.trains
+    plan, scratch = (
+        blank_map(grid.now_s, trains.length_m.size, grid.moments),
+        scratch_for(grid.moments),
+    )
+    for row in range(trains.length_m.size):
         tail_m = known.front_m[row] - trains.length_m[row]
-        front_m[row] = ahead_m[row] = known.front_m[row]
-        rear_m[row] = trains.far_m if known.gone[row] else tail_m
+        plan.front_m[row] = plan.ahead_m[row] = known.front_m[row]
+        plan.rear_m[row] = trains.far_m if known.gone[row] else tail_m
         old = MOST_OLD + 1
         if known.on_line[row]:
-            old = int(min(np.round((now_s - known.since_s[row]) / trains.step_s), MOST_OLD + 1.0))
-        if old > MOST_OLD:
-            continue
-        planned[row] = True
-        place = _at_present(row, old, known, earlier, trains, scratch)
-        ends = Ends(place.front_m, tail_m, place.front_m + REACH_M)
-        eoa_m, eoa_by = limits
-        eoa_m[:], eoa_by[:] = trains.far_m, NOTHING
-        lower_to_bands(limits, row, ends, grid, rear_m, known.gone, order)
-        lower_to_obstructions(limits, row, ends, grid, rear_m, known.gone, order, obstructions)
-        granted = known.granted_to_m[row] < eoa_m[0]
-        free_by[row] = known.granted_by[row] if granted else eoa_by[0]
-        free_m[row] = min(eoa_m[0], known.granted_to_m[row]) - trains.margin_m
-        to_stop_m = trains.stop_m[row, place.call] - place.front_m
-        waits = place.speed_mps == 0.0 and place.leaves_s == np.inf
-        if waits and min(free_m[row] - place.front_m, to_stop_m) < CREEP_M < to_stop_m:
-            eoa_m[:], eoa_by[:] = place.front_m, free_by[row]
-        for _ in range(2):
-            hindered = _choose(trains, row, place, grid, scratch, front_m[row], speed_mps[row])
-            slowed_by[row] = eoa_by[hindered] if hindered else NOTHING
-            _write_rears(row, old, known, trains, horizon, scratch, front_m[row], rear_m[row])
-            _write_stopping(trains, row, front_m[row], speed_mps[row], ahead_m[row])
-            if not lower_to_announced(limits, row, place.front_m, grid, ahead_m[row], obstructions):
-                break
-        ahead_m[row] += trains.margin_m
-    return MapPlan(now_s, front_m, speed_mps, rear_m, ahead_m, free_m, planned, free_by, slowed_by)
+            age = np.round((grid.now_s - known.since_s[row]) / trains.step_s)
+            old = int(min(age, MOST_OLD + 1.0))
+        if old <= MOST_OLD:
+            plan.planned[row] = True
+            place = _at_present(row, old, known, earlier, trains, scratch)
+            _look_ahead(scene, row, place, plan, scratch)
+            _plan_train(scene, row, old, place, plan, scratch)
+    return plan
 
 
 @compiled
-def _scratch(moments: int) -> Scratch:
-    path = MOST_OLD + moments
-    return Scratch(
-        np.empty(moments),
-        np.empty(moments, dtype=np.intp),
-        np.empty(moments),
-        np.empty(path),
-        np.empty(path),
-        np.empty(moments),
-        np.empty(moments),
-        np.empty(path),
-        np.empty(path),
-    )
+def _look_ahead(scene: Scene, row: int, place: RunPlace, plan: MapPlan, scratch: Scratch) -> None:
+    """Write how far the way of a train is free at every moment, by bands and obstructions."""
+    known, trains, order = scene.known, scene.trains, scene.order
+    eoas = EndsOfAuthority(scratch.eoa_m, scratch.eoa_by)
+    tail_m = known.front_m[row] - trains.length_m[row]
+    ends = Ends(place.front_m, tail_m, place.front_m + REACH_M)
+    eoa_m, eoa_by = eoas
+    eoa_m[:], eoa_by[:] = trains.far_m, NOTHING
+    others = Others(plan.rear_m, known.gone, order)
+    lower_to_bands(eoas, row, ends, scene.grid, others)
+    lower_to_obstructions(eoas, row, ends, scene.grid, others, scene.obstructions)
+    granted = known.granted_to_m[row] < eoa_m[0]
+    plan.free_by[row] = known.granted_by[row] if granted else eoa_by[0]
+    plan.free_m[row] = min(eoa_m[0], known.granted_to_m[row]) - trains.margin_m
+    to_stop_m = trains.stop_m[row, place.call] - place.front_m
+    waits = place.speed_mps == 0.0 and place.leaves_s == np.inf
+    if waits and min(plan.free_m[row] - place.front_m, to_stop_m) < CREEP_M < to_stop_m:
+        eoa_m[:], eoa_by[:] = place.front_m, plan.free_by[row]
+
+
+@compiled
+def _plan_train(
+    scene: Scene, row: int, old: int, place: RunPlace, plan: MapPlan, scratch: Scratch
+) -> None:
+    """Write the run and the band of a train that may go as far as was looked ahead."""
+    trains, eoas = scene.trains, EndsOfAuthority(scratch.eoa_m, scratch.eoa_by)
+    front_m, speed_mps, ahead_m = plan.front_m[row], plan.speed_mps[row], plan.ahead_m[row]
+    for _ in range(2):
+        hindered = _choose(trains, row, place, scene.grid, scratch, (front_m, speed_mps))
+        plan.slowed_by[row] = scratch.eoa_by[hindered] if hindered else NOTHING
+        _write_rears(scene, row, old, scratch, front_m, plan.rear_m[row])
+        _write_stopping(trains, row, front_m, speed_mps, ahead_m)
+        announced = scene.obstructions
+        if not lower_to_announced(eoas, row, place.front_m, scene.grid, ahead_m, announced):
+            break
+    plan.ahead_m[row] += trains.margin_m
 
 
 @compiled
@@ -218,89 +150,98 @@ def _at_present(
         moment = min(max(moment, 0), earlier.speed_mps.shape[1] - 1)
         scratch.cap_mps[step] = earlier.speed_mps[row, moment] if earlier.planned[row] else 0.0
     kept_m = earlier.free_m[row] if earlier.planned[row] else known.front_m[row]
-    scratch.kept_square[:] = at(trains.square, kept_m + trains.row_start[row])
+    scratch.kept_v2_m2ps2[:] = braking_v2_at(trains.braking, row, kept_m)
     place = RunPlace(known.front_m[row], known.speed_mps[row], known.call[row], known.leaves_s[row])
-    place, _, _ = run(
-        trains,
-        row,
-        place,
+    task = Task(
         since_s,
         scratch.cap_mps[:old],
-        scratch.kept_square[: old + 1],
+        scratch.kept_v2_m2ps2[: old + 1],
         scratch.path_m[: old + 1],
         scratch.path_mps[: old + 1],
     )
+    place, _, _ = run(trains, row, place, task)
     return place
 
 
 @compiled
-def _choose(  # noqa: PLR0917 - compiled functions take plain arrays
+def _choose(
     trains: Trains,
     row: int,
     place: RunPlace,
     grid: Grid,
     scratch: Scratch,
-    front_m: FloatArray,
-    speed_mps: FloatArray,
+    written: tuple[FloatArray, FloatArray],
 ) -> int:
-    """Write a train's run under its limits; return the last moment one made it slower, or 0."""
-    start = trains.row_start[row]
+    """Write a train's run under its ends; return the last moment one made it slower, or 0."""
     for moment in range(grid.moments):
         bound_m = min(scratch.eoa_m[moment], trains.far_m) - trains.margin_m
-        scratch.limit_square[moment] = at(trains.square, bound_m + start)
+        scratch.end_v2_m2ps2[moment] = braking_v2_at(trains.braking, row, bound_m)
     cap_mps = scratch.cap_mps[: grid.moments - 1]
     cap_mps[:] = np.inf
-    after, arrival_s, hindered = run(
-        trains, row, place, grid.now_s, cap_mps, scratch.limit_square, front_m, speed_mps
-    )
+    task = Task(grid.now_s, cap_mps, scratch.end_v2_m2ps2, written[0], written[1])
+    after, arrival_s, hindered = run(trains, row, place, task)
     call = place.call + 1 if place.leaves_s < np.inf else place.call
     due_s = trains.booked_arrival_s[row, call] - trains.early_s
-    early = arrival_s < due_s < np.inf
-    if not (hindered or early):
-        return 0
-    # Once nothing is in its way any more it may run as it likes.
-    held = hindered or cap_mps.size
-    fastest_mps = ceiling_here_mps(trains.ceiling, row, place.front_m)
-    end_s = grid.now_s + grid.step_s * (grid.moments - 1)
-    best_m = _reached_m(trains, row, after, arrival_s, end_s, fastest_mps, call)
-    cap = fastest_mps - CAPS_MPS
-    while cap > LEAST_MPS:
-        cap_mps[:held] = cap
-        after, arrival_s, touched = run(
-            trains,
-            row,
-            place,
-            grid.now_s,
-            cap_mps,
-            scratch.limit_square,
-            scratch.trial_front_m,
-            scratch.trial_speed_mps,
+    if hindered or arrival_s < due_s < np.inf:
+        aims = Aims(
+            call,
+            due_s,
+            grid.now_s + grid.step_s * (grid.moments - 1),
+            ceiling_here_mps(trains.ceiling, row, place.front_m),
         )
-        reached_m = _reached_m(trains, row, after, arrival_s, end_s, fastest_mps, call)
-        if early and arrival_s > due_s:
-            return hindered
-        if not early and reached_m < best_m - LOSS_S * fastest_mps:
-            return hindered
-        best_m = max(best_m, reached_m)
-        front_m[:], speed_mps[:] = scratch.trial_front_m, scratch.trial_speed_mps
-        if hindered and not touched:
-            return hindered
-        cap -= CAPS_MPS
+        _slow_down(trains, row, place, (after, arrival_s, hindered), aims, (task, scratch))
     return hindered
 
 
 @compiled
-def _write_rears(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+def _slow_down(
+    trains: Trains,
+    row: int,
+    place: RunPlace,
+    fastest: tuple[RunPlace, float, int],
+    aims: Aims,
+    tasks: tuple[Task, Scratch],
+) -> None:
+    """Write a slower run that comes as far, or arrives when it is due, if there is one."""
+    (after, arrival_s, hindered), (task, scratch) = fastest, tasks
+    early = arrival_s < aims.due_s < np.inf
+    # Once nothing is in its way any more it may run as it likes.
+    held = hindered or task.cap_mps.size
+    best_m = _reached_m(trains, row, after, arrival_s, aims)
+    trial = Task(
+        task.now_s,
+        task.cap_mps,
+        task.end_v2_m2ps2,
+        scratch.trial_front_m,
+        scratch.trial_speed_mps,
+    )
+    cap = aims.fastest_mps - CAPS_MPS
+    while cap > LEAST_MPS:
+        task.cap_mps[:held] = cap
+        after, arrival_s, touched = run(trains, row, place, trial)
+        reached_m = _reached_m(trains, row, after, arrival_s, aims)
+        if early and arrival_s > aims.due_s:
+            return
+        if not early and reached_m < best_m - LOSS_S * aims.fastest_mps:
+            return
+        best_m = max(best_m, reached_m)
+        task.front_m[:], task.speed_mps[:] = trial.front_m, trial.speed_mps
+        if hindered and not touched:
+            return
+        cap -= CAPS_MPS
+
+
+@compiled
+def _write_rears(
+    scene: Scene,
     row: int,
     old: int,
-    known: Known,
-    trains: Trains,
-    horizon: Horizon,
     scratch: Scratch,
     front_m: FloatArray,
     rear_m: FloatArray,
 ) -> None:
     """Write the rear of a band: the tail before the longest delay, but never before its report."""
+    known, trains, horizon = scene.known, scene.trains, scene.horizon
     rear_m[:] = known.front_m[row] - trains.length_m[row]
     if old > horizon.old_steps:
         # It may have braked since, and nobody would know.
@@ -326,13 +267,7 @@ def _write_stopping(
     stopping_m: FloatArray,
 ) -> None:
     for moment in range(front_m.size):
-        stopping_m[moment] = stopping_place_m(
-            trains.square,
-            trains.row_start[row],
-            front_m[moment],
-            speed_mps[moment],
-            trains.brake_mps2[row],
-        )
+        stopping_m[moment] = braked_stop_m(trains.braking, row, front_m[moment], speed_mps[moment])
 
 
 @compiled
@@ -361,21 +296,14 @@ def leaving_step(front_m: FloatArray, stands: bool) -> int:
 
 
 @compiled
-def _reached_m(  # noqa: PLR0917 - compiled functions take plain arrays
-    trains: Trains,
-    row: int,
-    after: RunPlace,
-    arrival_s: float,
-    end_s: float,
-    fastest_mps: float,
-    call: int,
-) -> float:
+def _reached_m(trains: Trains, row: int, after: RunPlace, arrival_s: float, aims: Aims) -> float:
     """Return how far a run comes: on from a stop, and back what it has to catch up in speed."""
     if arrival_s < np.inf:
-        reached_m: float = trains.stop_m[row, call] + fastest_mps * (end_s - arrival_s)
+        on_m = aims.fastest_mps * (aims.end_s - arrival_s)
+        reached_m: float = trains.stop_m[row, aims.call] + on_m
         return reached_m
-    missing_mps = max(fastest_mps - after.speed_mps, 0.0)
-    half_mps = 0.5 * fastest_mps
-    gain = level_gain_mps(trains.pull, row, half_mps) / trains.step_s
+    missing_mps = max(aims.fastest_mps - after.speed_mps, 0.0)
+    half_mps = 0.5 * aims.fastest_mps
+    gain = level_gain_mps(trains.ceiling.traction, row, half_mps) / trains.step_s
     short_m: float = 0.5 * missing_mps * missing_mps / gain
     return after.front_m - short_m

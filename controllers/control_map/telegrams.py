@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.control_map.planned_run import stopping_place_m
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import Plain, compiled
+from kankaku.railway.plan.brake_table import BrakeTable, braked_stop_m
+from kankaku.railway.plan.radio_spec import FOREVER, NEVER
 from kankaku.railway.step.state import NOTHING
 
 COMMANDS = 10
@@ -18,8 +19,10 @@ KEPT = 16
 class Sent(NamedTuple):
     """The telegrams of the last cycles; one slot each."""
 
+    cycle: IntArray
+    """In which it was sent; ``NEVER`` for an empty slot. shape (n_slots,)"""
     sent_s: FloatArray
-    """[s], shape (n_slots,); -inf for an empty slot"""
+    """When that was; -inf for an empty slot. [s], shape (n_slots,)"""
     eoa_m: FloatArray
     """Front of the band, margin taken off. [m], shape (n_slots, n_trains, n_moments)"""
     speed_mps: FloatArray
@@ -27,13 +30,13 @@ class Sent(NamedTuple):
     free_m: FloatArray
     """How far the way was free, margin taken off. [m], shape (n_slots, n_trains)"""
     furthest_m: FloatArray
-    """Furthest of the limits; -inf for whom there are no commands. [m], (n_slots, n_trains)"""
-    known_s: FloatArray
-    """The centre knows that each train goes by commands sent then or later. [s], (n_trains,)"""
-    older_s: float
-    """When the last one was sent that is forgotten, but may not be replaced everywhere. [s]"""
+    """Furthest of the ends; -inf for whom there are no commands. [m], (n_slots, n_trains)"""
+    known: IntArray
+    """The centre knows that each train goes by commands of this cycle or later. (n_trains,)"""
+    older: int
+    """Cycle of the last one that is forgotten, but may not be replaced everywhere."""
     older_m: FloatArray
-    """The furthest limits of all those. [m], shape (n_trains,)"""
+    """The furthest ends of all those. [m], shape (n_trains,)"""
     free_by: IntArray
     """What the way was free up to. shape (n_slots, n_trains)"""
     slowed_by: IntArray
@@ -41,7 +44,7 @@ class Sent(NamedTuple):
 
     def added(
         self,
-        sent_s: float,
+        when: tuple[int, float],
         commands: tuple[FloatArray, FloatArray],
         free_m: FloatArray,
         furthest_m: FloatArray,
@@ -52,14 +55,14 @@ class Sent(NamedTuple):
 
         Parameters
         ----------
-        sent_s
-            When it is sent. [s]
+        when
+            In which cycle, and when it is sent. [-] and [s]
         commands
-            Limits and speeds. [m] and [m/s], shape (n_trains, n_moments)
+            Ends and speeds. [m] and [m/s], shape (n_trains, n_moments)
         free_m
             How far the way is free. [m], shape (n_trains,)
         furthest_m
-            Furthest of the limits; -inf for whom there are no commands. [m], shape (n_trains,)
+            Furthest of the ends; -inf for whom there are no commands. [m], shape (n_trains,)
         behind
             What the way is free up to, and what the run is slowed by. shape (n_trains,) each
 
@@ -68,27 +71,28 @@ class Sent(NamedTuple):
         Sent
             New arrays.
         """
-        slot = int(self.sent_s.argmin())
+        slot = int(self.cycle.argmin())
         sent = Sent(
+            self.cycle.copy(),
             self.sent_s.copy(),
             self.eoa_m.copy(),
             self.speed_mps.copy(),
             self.free_m.copy(),
             self.furthest_m.copy(),
-            self.known_s,
-            float(self.sent_s[slot]),
+            self.known,
+            int(self.cycle[slot]),
             np.maximum(self.older_m, self.furthest_m[slot]),
             self.free_by.copy(),
             self.slowed_by.copy(),
         )
-        sent.sent_s[slot] = sent_s
+        sent.cycle[slot], sent.sent_s[slot] = when
         sent.eoa_m[slot], sent.speed_mps[slot] = commands
         sent.free_m[slot] = free_m
         sent.furthest_m[slot] = furthest_m
         sent.free_by[slot], sent.slowed_by[slot] = behind
         return sent
 
-    def acknowledged(self, acknowledged_s: FloatArray) -> "Sent":
+    def acknowledged(self, acknowledged: IntArray) -> "Sent":
         """
         Return the same with what trains are known to go by.
 
@@ -96,21 +100,21 @@ class Sent(NamedTuple):
 
         Parameters
         ----------
-        acknowledged_s
-            Each train is known to have the telegram sent then. [s], shape (n_trains,)
+        acknowledged
+            Each train is known to have the telegram of this cycle. shape (n_trains,)
 
         Returns
         -------
         Sent
-            New times.
+            New cycles.
         """
-        same = self.sent_s[:, np.newaxis] == acknowledged_s
+        same = self.cycle[:, np.newaxis] == acknowledged
         has_commands = (same & (self.furthest_m > -np.inf)).any(axis=0)
-        return self._replace(known_s=np.where(has_commands, acknowledged_s, self.known_s))
+        return self._replace(known=np.where(has_commands, acknowledged, self.known))
 
     def covered_m(self, present: BoolArray) -> FloatArray:
         """
-        Return the furthest limits of the maps that are not replaced for everybody yet.
+        Return the furthest ends of the maps that are not replaced for everybody yet.
 
         A train that was sent nothing, or took nothing, goes on by what it has.
 
@@ -124,10 +128,10 @@ class Sent(NamedTuple):
         FloatArray
             [m], shape (n_trains,)
         """
-        effective_s = self.known_s.min(initial=np.inf, where=present)
-        may_hold = (self.sent_s >= effective_s)[:, np.newaxis]
+        effective = self.known.min(initial=FOREVER, where=present)
+        may_hold = (self.cycle >= effective)[:, np.newaxis]
         furthest_m: FloatArray = np.where(may_hold, self.furthest_m, -np.inf).max(axis=0)
-        if self.older_s >= effective_s:
+        if self.older >= effective:
             furthest_m = np.maximum(furthest_m, self.older_m)
         return furthest_m
 
@@ -148,11 +152,12 @@ def nothing_sent(size: int) -> Sent:
     """
     eoa_m, speed_mps = np.zeros((2, KEPT, size, COMMANDS + 1))
     free_m, nowhere_m = np.zeros((KEPT, size)), np.full((KEPT, size), -np.inf)
-    never_s = np.full(KEPT, -np.inf)
-    no_train = np.full(size, -np.inf)
+    never, never_s = np.full(KEPT, NEVER), np.full(KEPT, -np.inf)
+    no_train = np.full(size, NEVER)
     nothing = np.full((KEPT, size), NOTHING)
     kept = eoa_m, speed_mps, free_m, nowhere_m
-    return Sent(never_s, *kept, no_train, -np.inf, no_train, nothing, nothing)
+    nowhere = np.full(size, -np.inf)
+    return Sent(never, never_s, *kept, no_train, NEVER, nowhere, nothing, nothing)
 
 
 @compiled
@@ -160,7 +165,7 @@ def eoas_m(
     front_m: FloatArray,
     speed_mps: FloatArray,
     free_m: FloatArray,
-    figures: tuple[FloatArray, FloatArray, FloatArray],
+    brake_fields: Plain,
     tolerance_m: float,
 ) -> FloatArray:
     """
@@ -171,9 +176,9 @@ def eoas_m(
     front_m, speed_mps
         The plan. [m] and [m/s], shape (n_trains, n_moments)
     free_m
-        Limits of all limits. [m], shape (n_trains,)
-    figures
-        Twice the brake potential, row starts and service brakes.
+        How far the way is free. [m], shape (n_trains,)
+    brake_fields
+        Of :class:`~kankaku.railway.plan.brake_table.BrakeTable`, plain.
     tolerance_m
         The little. [m]
 
@@ -182,16 +187,10 @@ def eoas_m(
     FloatArray
         [m], shape (n_trains, n_moments)
     """
-    square, row_start, brake_mps2 = figures
+    braking = BrakeTable(*brake_fields)
     eoa_m = np.empty_like(front_m)
     for train in range(front_m.shape[0]):
         for moment in range(front_m.shape[1]):
-            stop_m = stopping_place_m(
-                square,
-                row_start[train],
-                front_m[train, moment],
-                speed_mps[train, moment],
-                brake_mps2[train],
-            )
+            stop_m = braked_stop_m(braking, train, front_m[train, moment], speed_mps[train, moment])
             eoa_m[train, moment] = min(stop_m + tolerance_m, free_m[train])
     return eoa_m

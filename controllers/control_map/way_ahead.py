@@ -2,7 +2,7 @@
 How far the way of a train will be free, at every moment of a control map.
 
 Trains are looked at in timetable order, first train first, so the bands of all trains that go
-before are planned already; a limit never lies beyond one of them.
+before are planned already; an end never lies beyond one of them.
 """
 
 from itertools import pairwise
@@ -117,6 +117,17 @@ class Grid(NamedTuple):
     moments: int
 
 
+class Others(NamedTuple):
+    """Where the others are."""
+
+    rear_m: FloatArray
+    """Rear of the bands. [m], shape (n_trains, n_moments)"""
+    gone: BoolArray
+    """Trains that have left the line. shape (n_trains,)"""
+    order: Order
+    """Who goes before whom."""
+
+
 class Ends(NamedTuple):
     """Where a train is, and how far it can come."""
 
@@ -126,36 +137,30 @@ class Ends(NamedTuple):
 
 
 @compiled
-def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
-    limits: EndsOfAuthority,
+def lower_to_bands(
+    eoas: EndsOfAuthority,
     row: int,
     ends: Ends,
     grid: Grid,
-    rear_m: FloatArray,
-    gone: BoolArray,
-    order: Order,
+    others: Others,
 ) -> None:
     """
-    Lower a train's limits to the bands of those who go before it, at every moment.
+    Draw a train's ends of authority back to the bands of those who go before it, at every moment.
 
     Parameters
     ----------
-    limits
-        EndsOfAuthority, lowered in place.
+    eoas
+        Written: drawn back in place.
     row
         The train; bands of all trains before it are planned.
     ends
         Where it is.
     grid
         The moments.
-    rear_m
-        Rear of the bands. [m], shape (n_trains, n_moments)
-    gone
-        Trains that have left the line. shape (n_trains,)
-    order
-        Who goes before whom.
+    others
+        The bands of the others.
     """
-    eoa_m, eoa_by = limits
+    (rear_m, gone, order), (eoa_m, eoa_by) = others, eoas
     last = order.entry_m.size - 1
     here = order.first[row]
     while here < last and ends.tail_m >= order.clear_m[here]:
@@ -171,7 +176,7 @@ def lower_to_bands(  # noqa: PLR0917 - compiled functions take plain arrays
             locked = _locked_moments(row, section, grid, rear_m, order)
             # A train that goes the same way is in the way itself, before its points are.
             by = ahead if order.same_way[row, section] else _points_at(order, section)
-            raise_wall(limits, by, entry_m, 0, locked)
+            raise_wall(eoas, by, entry_m, 0, locked)
         ahead = _still_before(row, section, gone, order)
         if ahead < 0 or gone[ahead]:
             continue
@@ -219,38 +224,33 @@ def _locked_moments(row: int, section: int, grid: Grid, rear_m: FloatArray, orde
 
 
 @compiled
-def lower_to_obstructions(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
-    limits: EndsOfAuthority,
+def lower_to_obstructions(
+    eoas: EndsOfAuthority,
     row: int,
     ends: Ends,
     grid: Grid,
-    rear_m: FloatArray,
-    gone: BoolArray,
-    order: Order,
+    others: Others,
     obstructions: Obstructions,
 ) -> None:
     """
-    Lower a train's limits to the obstructions that are in force now.
+    Draw a train's ends of authority back to the obstructions that are in force now.
 
     Parameters
     ----------
-    limits
-        EndsOfAuthority, lowered in place.
+    eoas
+        Written: drawn back in place.
     row
         The train; bands of all trains before it are planned.
     ends
         Where it is.
     grid
         The moments.
-    rear_m
-        Rear of the bands. [m], shape (n_trains, n_moments)
-    gone
-        Trains that have left the line. shape (n_trains,)
-    order
-        Who goes before whom.
+    others
+        The bands of the others.
     obstructions
         What stands in the way.
     """
+    rear_m, gone, order = others
     for number in range(obstructions.start_m.size):
         start_m = obstructions.start_m[number]
         if not obstructions.concerns[row, number] or obstructions.from_s[number] > grid.now_s:
@@ -268,12 +268,12 @@ def lower_to_obstructions(  # noqa: PLR0913, PLR0917 - compiled functions take p
                 # These points are still another train's.
                 continue
         wait_s = obstructions.until_s[number] - grid.now_s
-        raise_wall(limits, NOTHING - 1 - number, start_m, 0, moments_until(wait_s, grid))
+        raise_wall(eoas, NOTHING - 1 - number, start_m, 0, moments_until(wait_s, grid))
 
 
 @compiled
 def lower_to_announced(
-    limits: EndsOfAuthority,
+    eoas: EndsOfAuthority,
     row: int,
     front_m: float,
     grid: Grid,
@@ -281,15 +281,15 @@ def lower_to_announced(
     obstructions: Obstructions,
 ) -> bool:
     """
-    Lower a train's limits to those announced obstructions that its run would meet.
+    Draw a train's ends of authority back to those announced obstructions that its run would meet.
 
     Whoever cannot stop any more when an obstruction is to begin is let through, and it begins
     when that train has passed.
 
     Parameters
     ----------
-    limits
-        EndsOfAuthority, lowered in place.
+    eoas
+        Written: drawn back in place.
     row
         The train.
     front_m
@@ -304,7 +304,7 @@ def lower_to_announced(
     Returns
     -------
     bool
-        Whether any limit was lowered.
+        Whether any was drawn back.
     """
     met = False
     for number in range(obstructions.start_m.size):
@@ -317,20 +317,20 @@ def lower_to_announced(
         if stopping_m[begins] > start_m or stopping_m[grid.moments - 1] <= start_m:
             continue
         lasts = moments_until(obstructions.until_s[number] - grid.now_s, grid)
-        raise_wall(limits, NOTHING - 1 - number, start_m, begins, lasts)
+        raise_wall(eoas, NOTHING - 1 - number, start_m, begins, lasts)
         met = True
     return met
 
 
 @compiled
-def raise_wall(limits: EndsOfAuthority, by: int, place_m: float, first: int, end: int) -> None:
+def raise_wall(eoas: EndsOfAuthority, by: int, place_m: float, first: int, end: int) -> None:
     """
-    Lower limits to a place from one moment to another.
+    Draw ends back to a place from one moment to another.
 
     Parameters
     ----------
-    limits
-        EndsOfAuthority, lowered in place.
+    eoas
+        Written: drawn back in place.
     by
         What stands at the place, as :attr:`kankaku.railway.step.state.Authority.eoa_by`.
     place_m
@@ -340,9 +340,9 @@ def raise_wall(limits: EndsOfAuthority, by: int, place_m: float, first: int, end
     end
         The moment after the last; may lie past the end.
     """
-    for moment in range(first, min(end, limits.eoa_m.size)):
-        if place_m < limits.eoa_m[moment]:
-            limits.eoa_m[moment], limits.eoa_by[moment] = place_m, by
+    for moment in range(first, min(end, eoas.eoa_m.size)):
+        if place_m < eoas.eoa_m[moment]:
+            eoas.eoa_m[moment], eoas.eoa_by[moment] = place_m, by
 
 
 @compiled

@@ -4,7 +4,7 @@ import numpy as np
 
 from kankaku.controllers.centre.reports import Reports
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions
-from kankaku.controllers.control_map.planner import MapPlan
+from kankaku.controllers.control_map.planned_map import MapPlan
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.failures.unit_failures import UnitFailure, Variant
 from kankaku.railway.plan.radio_spec import RadioSpec

@@ -22,14 +22,14 @@ from kankaku.controllers.operation.approach_plan import (
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
 from kankaku.controllers.options import require
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import compiled, count_up_to
+from kankaku.railway.compiled import Plain, compiled, count_up_to, plain
 from kankaku.railway.motion.kinematics import next_speed_mps
 from kankaku.railway.motion.run_curve import fastest
 from kankaku.railway.motion.way import way_on
-from kankaku.railway.plan.profile import at, braking_loss_mps
+from kankaku.railway.plan.brake_table import BrakeTable, braking_loss_mps, braking_v2_at
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
-from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
+from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState, Whereabouts
 
 OPTIMAL_STOP, APPROACH = 0, 1
 LOOK_AHEAD_M = 1500.0
@@ -80,6 +80,17 @@ class ApproachPlans(NamedTuple):
     """Before this moment no plan asks for anything. [s]"""
 
 
+class Followed(NamedTuple):
+    """What steps need of :class:`ApproachPlans`."""
+
+    stop_m: FloatArray
+    stop_from_s: FloatArray
+    run_from_s: FloatArray
+    run_until_s: FloatArray
+    pieces: IntArray
+    points: FloatArray
+
+
 class Near(NamedTuple):
     """A site and its approach point."""
 
@@ -96,7 +107,7 @@ class ApproachPointControl:
         self._world = world
         self._patience_s = options.patience_s
         self._foresight = foresight
-        self._square = 2.0 * foresight.profile.potential_m2ps2.ravel()
+        self._braking = plain(world.braking)
         self._nothing = no_advice(world.size)
         # What has been worked out once holds for all trains of these types at a platform.
         self._known: dict[tuple[object, ...], Near | None] = {}
@@ -154,20 +165,16 @@ class ApproachPointControl:
             memory = self._plan(state, memory)
         if state.time_s < memory.begins_s:
             return self._nothing, memory
-        ceiling_mps, reason = _follow(
-            state.front_m,
-            state.speed_mps,
-            self._world.row_start,
-            self._square,
+        asked = (
             memory.stop_m,
             memory.stop_from_s,
             memory.run_from_s,
             memory.run_until_s,
             memory.pieces,
             memory.points,
-            state.time_s,
-            self._world.step_s,
         )
+        clock = state.time_s, self._world.step_s
+        ceiling_mps, reason = _follow(state.whereabouts, asked, self._braking, clock)
         return Advice(ceiling_mps, reason, memory.leader), memory
 
     def _plan(self, state: LineState, memory: ApproachPlans) -> ApproachPlans:
@@ -306,33 +313,30 @@ def _with_curves(memory: ApproachPlans, changed: dict[int, FloatArray | None]) -
 
 
 @compiled
-def _follow(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
-    front_m: FloatArray,
-    speed_mps: FloatArray,
-    row_start: FloatArray,
-    square: FloatArray,
-    stop_m: FloatArray,
-    stop_from_s: FloatArray,
-    run_from_s: FloatArray,
-    run_until_s: FloatArray,
-    pieces: IntArray,
-    points: FloatArray,
-    now_s: float,
-    step_s: float,
+def _follow(
+    whereabouts: Plain, plan_fields: Plain, brake_fields: Plain, clock: tuple[float, float]
 ) -> tuple[FloatArray, IntArray]:
-    ceiling_mps = np.full(front_m.size, NO_CEILING_MPS)
-    reason = np.full(front_m.size, NO_REASON)
-    for train in range(front_m.size):
-        if now_s >= run_from_s[train]:
-            first, last = pieces[0, train], pieces[1, train]
-            if now_s < run_until_s[train] and front_m[train] < points[0, last - 1]:
-                along = points[:, first:last]
-                ceiling_mps[train] = _next_on_curve_mps(along, front_m[train], step_s)
+    """Return ceilings, and why."""
+    trains, plans, braking = (
+        Whereabouts(*whereabouts),
+        Followed(*plan_fields),
+        BrakeTable(*brake_fields),
+    )
+    now_s, step_s = clock
+    ceiling_mps = np.full(trains.front_m.size, NO_CEILING_MPS)
+    reason = np.full(trains.front_m.size, NO_REASON)
+    for train in range(ceiling_mps.size):
+        front_m, speed = trains.front_m[train], trains.speed_mps[train]
+        if now_s >= plans.run_from_s[train]:
+            first, last = plans.pieces[0, train], plans.pieces[1, train]
+            if now_s < plans.run_until_s[train] and front_m < plans.points[0, last - 1]:
+                along = plans.points[:, first:last]
+                ceiling_mps[train] = _next_on_curve_mps(along, front_m, step_s)
                 reason[train] = APPROACH
-        elif now_s >= stop_from_s[train]:
-            speed, place = speed_mps[train], front_m[train] + row_start[train]
-            loss = braking_loss_mps(square, place, speed, step_s)
-            left = at(square, stop_m[train] + row_start[train]) - at(square, place)
+        elif now_s >= plans.stop_from_s[train]:
+            loss = braking_loss_mps(braking, train, front_m, speed, step_s)
+            left = braking_v2_at(braking, train, plans.stop_m[train])
+            left -= braking_v2_at(braking, train, front_m)
             # Who can no longer stop there goes on as far as it may.
             if speed * speed <= left + MISSED_M2PS2:
                 ceiling_mps[train] = next_speed_mps(speed, left, loss, 0.0)

@@ -6,7 +6,7 @@ import numpy as np
 
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
-from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
+from kankaku.railway.step.state import NO_REASON, NOTHING, Advice, Authority, LineState
 
 NO_CEILING_MPS = 1000.0
 
@@ -26,7 +26,8 @@ def no_advice(trains: int) -> Advice:
         For all of them.
     """
     reason = np.full(trains, NO_REASON, dtype=np.intp)
-    return Advice(np.full(trains, NO_CEILING_MPS), reason)
+    nothing = np.full(trains, NOTHING, dtype=np.intp)
+    return Advice(np.full(trains, NO_CEILING_MPS), reason, nothing)
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,16 +15,16 @@ import numpy as np
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
 from kankaku.controllers.options import require
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import Plain, compiled, interpolated, plain
 from kankaku.railway.motion.eco_run import EcoRun, eco
 from kankaku.railway.motion.extremal import BRAKING, SPEEDING_UP
 from kankaku.railway.motion.kinematics import next_speed_mps
 from kankaku.railway.motion.run_curve import RunTimeError, StallError
 from kankaku.railway.motion.way import way_on
-from kankaku.railway.plan.profile import at, braking_loss_mps
+from kankaku.railway.plan.brake_table import BrakeTable, braking_loss_mps, braking_v2_at
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
-from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
+from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState, Whereabouts
 
 ECO = 0
 CATCHING_UP_PS = 0.5
@@ -64,6 +64,28 @@ class EcoPlans(NamedTuple):
     """All tables, one after the other. shape (2, n_points)"""
 
 
+class Tabled(NamedTuple):
+    """What steps need of :class:`EcoPlans`."""
+
+    since_s: FloatArray
+    from_m: FloatArray
+    lengths: IntArray
+    starts: IntArray
+    points: FloatArray
+
+
+class Able(NamedTuple):
+    """What trains can do and are to do; it stays for a whole run."""
+
+    braking: BrakeTable
+    near_m: float
+    """Where the tables begin. [m]"""
+    far_m: float
+    """Where they end. [m]"""
+    step_s: float
+    patience_s: float
+
+
 class Eco:
     """Energy-saving driving over any protection."""
 
@@ -73,7 +95,15 @@ class Eco:
         self._world = world
         self._options = options
         self._profile = foresight.profile
-        self._square = 2.0 * foresight.profile.potential_m2ps2.ravel()
+        self._able = plain(
+            Able(
+                world.braking,
+                self._profile.origin_m,
+                world.far_m,
+                world.step_s,
+                options.patience_s,
+            )
+        )
         self._nothing = no_advice(world.size)
 
     def initial(self) -> EcoPlans:
@@ -124,7 +154,7 @@ class Eco:
             rows = np.flatnonzero(behind).tolist()
             memory = _with_tables(memory, {row: self._plan(state, row) for row in rows}, state)
             ceiling_mps, reason, _ = self._follow(state, authority, memory)
-        return Advice(ceiling_mps, reason), memory
+        return Advice(ceiling_mps, reason, self._nothing.cause), memory
 
     def _with_events(self, state: LineState, memory: EcoPlans) -> EcoPlans:
         """Plan for those who are released, and forget the plans of those who have arrived."""
@@ -161,21 +191,9 @@ class Eco:
     def _follow(
         self, state: LineState, authority: Authority, memory: EcoPlans
     ) -> tuple[FloatArray, IntArray, BoolArray]:
-        return _follow(
-            state.front_m,
-            state.speed_mps,
-            authority.eoa_m,
-            authority.delay_s,
-            self._world.row_start,
-            self._square,
-            memory.since_s,
-            memory.from_m,
-            memory.lengths,
-            memory.starts,
-            memory.points,
-            (self._profile.origin_m, self._world.far_m),
-            (state.time_s, self._world.step_s, self._options.patience_s),
-        )
+        plans = memory.since_s, memory.from_m, memory.lengths, memory.starts, memory.points
+        ends = authority.eoa_m, authority.delay_s
+        return _follow(state.time_s, state.whereabouts, ends, plans, self._able)
 
 
 def _table(run: EcoRun, step_s: float) -> FloatArray:
@@ -222,41 +240,46 @@ def _with_tables(
 
 
 @compiled
-def _follow(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
-    front_m: FloatArray,
-    speed_mps: FloatArray,
-    eoa_m: FloatArray,
-    delay_s: FloatArray,
-    row_start: FloatArray,
-    square: FloatArray,
-    since_s: FloatArray,
-    from_m: FloatArray,
-    lengths: IntArray,
-    starts: IntArray,
-    points: FloatArray,
-    tables_m: tuple[float, float],
-    clock: tuple[float, float, float],
+def _follow(
+    now_s: float,
+    whereabouts: Plain,
+    ends: tuple[FloatArray, FloatArray],
+    plan_fields: Plain,
+    able_fields: Plain,
 ) -> tuple[FloatArray, IntArray, BoolArray]:
     """Return ceilings, why, and who is behind its plan although its authority lets it follow."""
-    now_s, step_s, patience_s = clock
-    ceiling_mps = np.full(front_m.size, NO_CEILING_MPS)
-    reason = np.full(front_m.size, NO_REASON)
-    behind = np.zeros(front_m.size, dtype=np.bool_)
-    for train in range(front_m.size):
-        along_m = front_m[train] - from_m[train]
-        if along_m >= lengths[train] - 1:
+    trains, plans = Whereabouts(*whereabouts), Tabled(*plan_fields)
+    brake_fields, near_m, far_m, step_s, patience_s = able_fields
+    able = Able(BrakeTable(*brake_fields), near_m, far_m, step_s, patience_s)
+    eoa_m, delay_s = ends
+    size = trains.front_m.size
+    ceiling_mps, reason = np.full(size, NO_CEILING_MPS), np.full(size, NO_REASON)
+    behind = np.zeros(size, dtype=np.bool_)
+    for train in range(size):
+        front_m, speed_mps = trains.front_m[train], trains.speed_mps[train]
+        along_m = front_m - plans.from_m[train]
+        if along_m >= plans.lengths[train] - 1:
             continue
-        place = along_m + starts[train]
-        late_s = now_s - since_s[train] - at(points[1], place)
-        ceiling_mps[train] = at(points[0], place)
+        place = along_m + plans.starts[train]
+        late_s = now_s - plans.since_s[train] - interpolated(plans.points[1], place)
+        ceiling_mps[train] = interpolated(plans.points[0], place)
         ceiling_mps[train] += CATCHING_UP_PS * min(max(late_s, 0.0), patience_s)
         reason[train] = ECO
         if late_s > patience_s:
-            here_m = front_m[train] + row_start[train]
-            limit = min(max(eoa_m[train], tables_m[0]), tables_m[1])
-            room = at(square, limit + row_start[train]) - at(square, here_m)
-            loss = braking_loss_mps(square, here_m, speed_mps[train], step_s)
-            lag = braking_loss_mps(square, here_m, speed_mps[train], delay_s[train])
-            free_mps = next_speed_mps(speed_mps[train], room, loss, lag)
-            behind[train] = free_mps > min(ceiling_mps[train], speed_mps[train] + 1.0)
+            ends_m = eoa_m[train], delay_s[train]
+            free_mps = _free_mps(train, front_m, speed_mps, ends_m, able)
+            behind[train] = free_mps > min(ceiling_mps[train], speed_mps + 1.0)
     return ceiling_mps, reason, behind
+
+
+@compiled
+def _free_mps(
+    train: int, front_m: float, speed_mps: float, end: tuple[float, float], able: Able
+) -> float:
+    """Return the speed after a step that the end of authority allows."""
+    eoa_m, delay_s = end
+    end_m = min(max(eoa_m, able.near_m), able.far_m)
+    room = braking_v2_at(able.braking, train, end_m) - braking_v2_at(able.braking, train, front_m)
+    loss = braking_loss_mps(able.braking, train, front_m, speed_mps, able.step_s)
+    lag = braking_loss_mps(able.braking, train, front_m, speed_mps, delay_s)
+    return float(next_speed_mps(speed_mps, room, loss, lag))

@@ -23,7 +23,7 @@ from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.controllers.operation.pre_deceleration import Approach, Slowing, slow_down
 from kankaku.controllers.options import require
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import Plain, compiled
 from kankaku.railway.motion.kinematics import (
     braking_distance_m,
     two_stage_brake_mps2,
@@ -32,7 +32,7 @@ from kankaku.railway.motion.kinematics import (
 from kankaku.railway.motion.run_up import RunUp
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
-from kankaku.railway.step.state import Advice, Authority, LineState
+from kankaku.railway.step.state import Advice, Authority, LineState, Whereabouts
 
 TWO_STAGE, PRE_DECELERATION = 0, 1
 
@@ -83,6 +83,7 @@ class TwoStage:
         self._forecast = DepartureForecast(
             world, self._run_up, self._acceleration_mps2, self._brake_mps2
         )
+        self._foresight = foresight
         self._ceiling_mps = foresight.profile.ceiling_mps
 
     def initial(self) -> TwoStagePlans:
@@ -117,21 +118,17 @@ class TwoStage:
             Ceilings, and the next memory.
         """
         if self._pre_deceleration and (state.events or state.time_s >= memory.next_release_s):
-            memory = self._plan(state, authority)
+            memory = self._plan(state)
         ceiling_mps, reason, cause = _lowest(
-            authority.eoa_m,
-            authority.eoa_by,
-            state.front_m,
-            state.speed_mps,
-            state.stop_m,
-            state.leader,
-            state.follows,
+            state.whereabouts,
+            (authority.eoa_m, authority.eoa_by),
+            (state.stop_m, state.leader, state.follows),
             memory.ceiling_mps,
             (self._acceleration_mps2, self._brake_mps2, self._step_s),
         )
         return Advice(ceiling_mps, reason, cause), memory
 
-    def _plan(self, state: LineState, authority: Authority) -> TwoStagePlans:
+    def _plan(self, state: LineState) -> TwoStagePlans:
         """Plan every train anew."""
         world, now_s = self._world, state.time_s
         ceiling = np.full(world.size, NO_CEILING_MPS)
@@ -140,19 +137,17 @@ class TwoStage:
         waits = waits_for_leader(world, state) & state.running
         worth = waits & (wait_s > self._options.least_gain_s)
         for row in np.flatnonzero(worth).tolist():
-            margin_m = float(state.clear_to_m[row] - authority.eoa_m[row])
-            slowing = self._slowing(state, row, margin_m, float(wait_s[row]))
+            slowing = self._slowing(state, row, float(wait_s[row]))
             if slowing is not None and slowing.lasts_s > 0.0:
                 ceiling[row] = slowing.ceiling_mps
                 next_release_s = min(next_release_s, now_s + slowing.lasts_s)
         return TwoStagePlans(ceiling, next_release_s)
 
-    def _slowing(
-        self, state: LineState, row: int, margin_m: float, wait_s: float
-    ) -> Slowing | None:
+    def _slowing(self, state: LineState, row: int, wait_s: float) -> Slowing | None:
         world, kind = self._world, int(self._world.type_index[row])
-        leader = state.leader[row]
-        rear_m = float(state.stop_m[leader] - world.length_m[leader]) - margin_m
+        leader, call = int(state.leader[row]), int(state.next_call[row])
+        stands_m = state.stop_m[[leader]], np.zeros(1)
+        rear_m = float(self._foresight.eoa_behind_m(row, call, leader, *stands_m)[0])
         entry_m = max(rear_m - self._first_stage_m(kind, rear_m), float(state.front_m[row]))
         cell = int(entry_m - world.profile.origin_m)
         return slow_down(
@@ -174,17 +169,16 @@ class TwoStage:
 
 
 @compiled
-def _lowest(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
-    eoa_m: FloatArray,
-    eoa_by: IntArray,
-    front_m: FloatArray,
-    speed_mps: FloatArray,
-    stop_m: FloatArray,
-    leader: IntArray,
-    follows: BoolArray,
+def _lowest(
+    whereabouts: Plain,
+    ends: tuple[FloatArray, IntArray],
+    ahead: tuple[FloatArray, IntArray, BoolArray],
     planned_mps: FloatArray,
     rates: tuple[float, float, float],
 ) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return ceilings, why, and for what."""
+    trains, (eoa_m, eoa_by), (stop_m, leader, follows) = Whereabouts(*whereabouts), ends, ahead
+    front_m, speed_mps = trains.front_m, trains.speed_mps
     acceleration_mps2, brake_mps2, step_s = rates
     ceiling_mps = planned_mps.copy()
     reason, cause = np.full(front_m.size, PRE_DECELERATION), leader.copy()

@@ -10,29 +10,29 @@ train behind as soon as the leader's tail has left each of them (Takaoka et al. 
 section 3.1).
 """
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from kankaku.controllers.options import OptionError, require
-from kankaku.controllers.protection.ceiling import (
-    CeilingFields,
-    CeilingFigures,
-    LineCeiling,
-    ceiling_ahead_mps,
+from kankaku.controllers.protection.atd_patterns import (
+    Patterns,
+    control_mps,
+    control_patterns_mps,
+    emergency_mps,
+    patterns_of,
+    step_end_m,
 )
+from kankaku.controllers.protection.ceiling import LineCeiling, ceiling_ahead_mps, figures_of
 from kankaku.controllers.protection.fixed_block import detection_on
 from kankaku.controllers.protection.fuzzy import RuleBase, infer, rule_base
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled, plain
-from kankaku.railway.motion.kinematics import next_speed_mps
-from kankaku.railway.plan.profile import at
+from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, Authority, LineState
+from kankaku.railway.step.state import NOTHING, AtOnce, Authority, LineState, Whereabouts
 from kankaku.railway.wayside.detection import Sight
 
 KMH_PER_MPS = 3.6
@@ -98,17 +98,13 @@ class AtdOptions:
         return rule_base(lack, need, change)
 
 
-class Patterns(NamedTuple):
-    """The figures that the patterns follow from, in SI units."""
+class Control(NamedTuple):
+    """What the on-board controllers follow; it stays for a whole run."""
 
-    origin_m: float
-    """Where the first step begins. [m]"""
-    step_m: float
-    control_share: float
-    """Deceleration of the control pattern over the service brake. [-]"""
-    idle_time_s: float
-    emergency_idle_time_s: float
-    overlap_m: float
+    rules: RuleBase
+    step_s: float
+    far_m: float
+    """Where nothing ends the way. [m]"""
 
 
 class Braked(NamedTuple):
@@ -138,18 +134,21 @@ class Atd:
         self.release_delay_s = world.line.release_delay_s
         self._ceiling = LineCeiling(world, world.profile)
         self._no_delay_s = np.zeros(world.size)
-        self._square = 2.0 * world.profile.potential_m2ps2.ravel()
-        self._service_mps2 = world.of_type("service_brake_mps2")
-        self._patterns = Patterns(
-            world.line.start_m,
-            options.step_m,
-            options.control_brake_percent / 100.0,
-            options.idle_time_s,
-            options.emergency_idle_time_s,
-            options.overlap_m,
+        self._at_once = AtOnce(world.size)
+        self._patterns = plain(
+            Patterns(
+                world.braking,
+                world.of_type("emergency_brake_mps2"),
+                world.line.start_m,
+                options.step_m,
+                options.control_brake_percent / 100.0,
+                options.idle_time_s,
+                options.emergency_idle_time_s,
+                options.overlap_m,
+            )
         )
-        self._emergency_mps2 = world.of_type("emergency_brake_mps2")
-        self._plain = plain(self._patterns), plain(options.rules), plain(self._ceiling.figures)
+        self._control = plain(Control(options.rules, world.step_s, world.far_m))
+        self._line_ceiling = plain(self._ceiling.figures)
 
     def initial(self) -> Braked:
         """
@@ -177,29 +176,20 @@ class Atd:
         Returns
         -------
         tuple[Authority, Braked]
-            Limits before occupied circuits, ceilings by pattern and line, and the next memory.
+            Ends before occupied circuits, ceilings by pattern and line, and the next memory.
         """
-        world = self._world
         sight = self._detection.look_ahead(state, memory.sight)
         after = Braked(sight, memory.brake_mps2.copy(), memory.tripped.copy())
         eoa_m, ceiling_mps, eoa_by, ceiling_by = _authorise(
-            state.front_m,
-            state.speed_mps,
-            state.present,
-            sight.danger_m,
-            sight.danger_by,
-            world.row_start,
-            self._square,
-            (self._service_mps2, self._emergency_mps2),
-            self._plain[0],
-            self._plain[1],
-            world.step_s,
-            world.far_m,
-            after.brake_mps2,
-            after.tripped,
-            self._plain[2],
+            state.whereabouts,
+            (sight.danger_m, sight.danger_by),
+            (after.brake_mps2, after.tripped),
+            self._patterns,
+            self._control,
+            self._line_ceiling,
         )
-        authority = Authority(eoa_m, ceiling_mps, self._no_delay_s, eoa_by, ceiling_by)
+        bounds, link = (eoa_m, ceiling_mps, self._no_delay_s), self._at_once.permission(eoa_m)
+        authority = Authority(*bounds, eoa_by, ceiling_by, link)
         return authority, after
 
     def eoa_behind_m(
@@ -211,7 +201,7 @@ class Atd:
         leader_speed_mps: FloatArray,  # noqa: ARG002 - the leader is taken as standing
     ) -> FloatArray:
         """
-        Return the limit of a train behind its leader.
+        Return the end of authority of a train behind its leader.
 
         Parameters
         ----------
@@ -237,7 +227,7 @@ class Atd:
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
-        Return the control pattern that a train is sent behind a limit that stays.
+        Return the control pattern that a train is sent before an end of authority that stays.
 
         Parameters
         ----------
@@ -246,86 +236,16 @@ class Atd:
         front_m
             Places of its front. [m], shape (n_places,)
         eoa_m
-            Its limits. [m], shape (n_places,)
+            Its ends of authority. [m], shape (n_places,)
 
         Returns
         -------
         FloatArray
             Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
         """
-        world = self._world
-        pattern_mps = _control_patterns_mps(
-            front_m,
-            np.minimum(eoa_m, world.far_m),
-            float(world.row_start[row]),
-            self._square,
-            float(self._service_mps2[row]),
-            self._patterns,
-        )
+        stop_m = np.minimum(eoa_m, self._world.far_m)
+        pattern_mps = control_patterns_mps(row, front_m, stop_m, self._patterns)
         return np.minimum(pattern_mps, self._ceiling.at_mps(row, front_m))
-
-
-@compiled
-def _step_end_m(front_m: float, patterns: Patterns) -> float:
-    """Return where the step of the patterns ends that holds a front."""
-    steps = math.floor((front_m - patterns.origin_m) / patterns.step_m) + 1.0
-    end_m: float = patterns.origin_m + steps * patterns.step_m
-    return end_m
-
-
-@compiled
-def _control_mps(
-    step_end_m: float,
-    stop_m: float,
-    row_start: float,
-    square: FloatArray,
-    service_mps2: float,
-    patterns: Patterns,
-) -> float:
-    """Return the control pattern of a step: its curve at the step's end."""
-    if step_end_m >= stop_m:
-        return 0.0
-    whole = at(square, stop_m + row_start) - at(square, step_end_m + row_start)
-    spared = 2.0 * (1.0 - patterns.control_share) * service_mps2 * (stop_m - step_end_m)
-    brake_mps2 = patterns.control_share * service_mps2
-    return float(next_speed_mps(0.0, whole - spared, 0.0, brake_mps2 * patterns.idle_time_s))
-
-
-@compiled
-def _emergency_mps(
-    step_end_m: float,
-    danger_m: float,
-    row_start: float,
-    square: FloatArray,
-    brakes_mps2: tuple[float, float],
-    patterns: Patterns,
-) -> float:
-    """Return the emergency pattern of a step: safe as far as the step's end."""
-    if step_end_m >= danger_m:
-        return 0.0
-    service_mps2, emergency_mps2 = brakes_mps2
-    whole = at(square, danger_m + row_start) - at(square, step_end_m + row_start)
-    added = 2.0 * (emergency_mps2 - service_mps2) * (danger_m - step_end_m)
-    lag_mps = emergency_mps2 * patterns.emergency_idle_time_s
-    return float(next_speed_mps(0.0, whole + added, 0.0, lag_mps))
-
-
-@compiled
-def _control_patterns_mps(
-    front_m: FloatArray,
-    stop_m: FloatArray,
-    row_start: float,
-    square: FloatArray,
-    service_mps2: float,
-    patterns: Patterns,
-) -> FloatArray:
-    pattern_mps = np.empty_like(front_m)
-    for place in range(front_m.size):
-        end_m = _step_end_m(front_m[place], patterns)
-        pattern_mps[place] = _control_mps(
-            end_m, stop_m[place], row_start, square, service_mps2, patterns
-        )
-    return pattern_mps
 
 
 @compiled
@@ -334,71 +254,76 @@ def _next_brake_mps2(
     speeds_mps: tuple[float, float],
     ahead_m: float,
     strongest_mps2: float,
-    rules: RuleBase,
-    step_s: float,
+    control: Control,
 ) -> float:
     """Return the deceleration that the fuzzy controller commands next."""
     speed_mps, pattern_mps = speeds_mps
     way_m = max(ahead_m, speed_mps * LEAST_AHEAD_S, LEAST_AHEAD_M)
     need_mps2 = 0.5 * (speed_mps * speed_mps - pattern_mps * pattern_mps) / way_m
-    change_mps3 = infer(rules, need_mps2 - brake_mps2, need_mps2)
-    return min(max(brake_mps2 + step_s * change_mps3, 0.0), strongest_mps2)
+    change_mps3 = infer(control.rules, need_mps2 - brake_mps2, need_mps2)
+    return min(max(brake_mps2 + control.step_s * change_mps3, 0.0), strongest_mps2)
 
 
 @compiled
-def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
-    front_m: FloatArray,
-    speed_mps: FloatArray,
-    present: BoolArray,
-    danger_m: FloatArray,
-    danger_by: IntArray,
-    row_start: FloatArray,
-    square: FloatArray,
-    brakes_mps2: tuple[FloatArray, FloatArray],
-    pattern_fields: tuple[float, float, float, float, float, float],
-    rule_fields: tuple[FloatArray, FloatArray, FloatArray],
-    step_s: float,
-    far_m: float,
+def _followed_mps(
+    train: int,
+    speeds_mps: tuple[float, float],
+    ahead_m: float,
     brake_mps2: FloatArray,
-    tripped: BoolArray,
-    ceiling_fields: CeilingFields,
+    strongest_mps2: float,
+    control: Control,
+) -> float:
+    """Return the speed at the end of the step by the fuzzy controller, and write its brake."""
+    speed_mps, pattern_mps = speeds_mps
+    if speed_mps <= 0.0:
+        brake_mps2[train] = 0.0
+    else:
+        brake_mps2[train] = _next_brake_mps2(
+            brake_mps2[train], speeds_mps, ahead_m, strongest_mps2, control
+        )
+    if brake_mps2[train] > 0.0:
+        return float(max(speed_mps - brake_mps2[train] * control.step_s, 0.0))
+    return max(speed_mps, pattern_mps)
+
+
+@compiled
+def _authorise(
+    whereabouts: Plain,
+    danger: tuple[FloatArray, IntArray],
+    memory: tuple[FloatArray, BoolArray],
+    pattern_fields: Plain,
+    control_fields: Plain,
+    ceiling_fields: Plain,
 ) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
-    """Return limits and ceilings with what is behind them, and write what trains remember."""
-    patterns, rules = Patterns(*pattern_fields), RuleBase(*rule_fields)
-    line_ceiling = CeilingFigures(*ceiling_fields)
-    eoa_m, ceiling_mps = np.full(front_m.size, far_m), np.zeros(front_m.size)
-    eoa_by, ceiling_by = np.full(front_m.size, NOTHING), np.full(front_m.size, NOTHING)
-    for train in range(front_m.size):
-        if not present[train]:
+    """Return ends and ceilings with what is behind them, and write what trains remember."""
+    trains, line_ceiling = Whereabouts(*whereabouts), figures_of(ceiling_fields)
+    patterns, (rules, step_s, far_m) = patterns_of(pattern_fields), control_fields
+    control = Control(RuleBase(*rules), step_s, far_m)
+    (danger_m, danger_by), (brake_mps2, tripped) = danger, memory
+    size = trains.front_m.size
+    eoa_m, ceiling_mps = np.full(size, far_m), np.zeros(size)
+    eoa_by, ceiling_by = np.full(size, NOTHING), np.full(size, NOTHING)
+    for train in range(size):
+        if not trains.present[train]:
             continue
-        speed, service = speed_mps[train], brakes_mps2[0][train]
-        ceiling_mps[train] = ceiling_ahead_mps(line_ceiling, train, front_m[train], speed)
+        front_m, speed = trains.front_m[train], trains.speed_mps[train]
+        ceiling_mps[train] = ceiling_ahead_mps(line_ceiling, train, front_m, speed)
         if danger_m[train] >= far_m:
             brake_mps2[train], tripped[train] = 0.0, False
             continue
         eoa_by[train] = danger_by[train]
         # A train that stands closer to an occupied circuit than the overlap stays there.
-        stop_m = max(danger_m[train] - patterns.overlap_m, front_m[train])
-        end_m = _step_end_m(front_m[train], patterns)
-        both = service, brakes_mps2[1][train]
-        most = _emergency_mps(end_m, danger_m[train], row_start[train], square, both, patterns)
+        stop_m = max(danger_m[train] - patterns.overlap_m, front_m)
+        end_m = step_end_m(front_m, patterns)
+        most = emergency_mps(train, end_m, danger_m[train], patterns)
         tripped[train] = speed > most or (tripped[train] and speed > 0.0)
         if tripped[train]:
-            eoa_m[train] = front_m[train]
+            eoa_m[train] = front_m
             continue
         eoa_m[train] = stop_m
-        pattern = _control_mps(end_m, stop_m, row_start[train], square, service, patterns)
-        followed = pattern
-        if speed <= 0.0:
-            brake_mps2[train] = 0.0
-        else:
-            brake_mps2[train] = _next_brake_mps2(
-                brake_mps2[train], (speed, pattern), end_m - front_m[train], service, rules, step_s
-            )
-        if brake_mps2[train] > 0.0:
-            followed = max(speed - brake_mps2[train] * step_s, 0.0)
-        elif speed > pattern:
-            followed = speed
+        speeds = speed, control_mps(train, end_m, stop_m, patterns)
+        service = patterns.braking.service_mps2[train]
+        followed = _followed_mps(train, speeds, end_m - front_m, brake_mps2, service, control)
         if followed < ceiling_mps[train]:
             ceiling_mps[train], ceiling_by[train] = followed, danger_by[train]
     return eoa_m, ceiling_mps, eoa_by, ceiling_by

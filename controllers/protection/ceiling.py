@@ -1,53 +1,59 @@
 """The line ceiling as every protection enforces it."""
 
 import math
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled, plain
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.motion.kinematics import next_speed_mps
-from kankaku.railway.motion.traction_table import Pull, pull_of, pulled_mps
-from kankaku.railway.plan.profile import Profile, at, at_each, braking_loss_mps
+from kankaku.railway.motion.traction_table import TractionTable, pulled_mps, traction_table
+from kankaku.railway.plan.brake_table import (
+    BrakeTable,
+    braking_loss_mps,
+    braking_v2_each,
+    braking_v2_there,
+    place_of,
+)
+from kankaku.railway.plan.limit_table import LimitTable, piece_at
+from kankaku.railway.plan.profile import Profile
 from kankaku.railway.plan.world import World
-from kankaku.railway.step.state import LineState
+from kankaku.railway.step.state import LineState, Whereabouts
 
 LEAST_MPS = 1e-6
 """Nobody who is slower gets to the end of a limit within a step. [m/s]"""
-
-CeilingFields: TypeAlias = tuple[
-    FloatArray,
-    FloatArray,
-    FloatArray,
-    FloatArray,
-    FloatArray,
-    IntArray,
-    FloatArray,
-    tuple[FloatArray, FloatArray, FloatArray, float],
-]
-"""The fields of :class:`CeilingFigures`."""
 
 
 class CeilingFigures(NamedTuple):
     """What compiled functions need of the line ceiling."""
 
-    square: FloatArray
-    """Twice the brake potential. [m2/s2], shape (n_types * n_grid,)"""
-    row_start: FloatArray
-    """From :meth:`kankaku.railway.plan.profile.Profile.row_starts`. [-], shape (n_trains,)"""
-    start: FloatArray
-    """Where pieces of constant limit begin, one train type after the other. [m], (n_pieces,)"""
-    limit_mps: FloatArray
-    """Their limits. [m/s], shape (n_pieces,)"""
-    lowest_square: FloatArray
-    """Twice the lowest energy from each piece on. [m2/s2], shape (n_pieces,)"""
-    first: IntArray
-    """The piece at each point of the grid. shape (n_types * n_grid,)"""
+    braking: BrakeTable
+    limits: LimitTable
+    traction: TractionTable
     reach_m: FloatArray
     """How far beyond a step at constant speed a front may be after it. [m], (n_trains,)"""
-    pull: tuple[FloatArray, FloatArray, FloatArray, float]
-    """The fields of :class:`kankaku.railway.motion.traction_table.Pull`."""
+
+
+@compiled
+def figures_of(fields: Plain) -> CeilingFigures:
+    """
+    Return the line ceiling with its names.
+
+    Parameters
+    ----------
+    fields
+        Of :class:`CeilingFigures`, plain.
+
+    Returns
+    -------
+    CeilingFigures
+        The same.
+    """
+    braking, limits, traction, reach_m = fields
+    return CeilingFigures(
+        BrakeTable(*braking), LimitTable(*limits), TractionTable(*traction), reach_m
+    )
 
 
 def ceiling_figures(world: World, profile: Profile, step_s: float) -> CeilingFigures:
@@ -68,22 +74,12 @@ def ceiling_figures(world: World, profile: Profile, step_s: float) -> CeilingFig
     CeilingFigures
         For :func:`ceiling_ahead_mps`.
     """
-    columns, starts, firsts, pieces = profile.grid_m.size, [], [], 0
-    for row, limits in enumerate(profile.limits):
-        starts.append(limits.start_m - profile.origin_m + float(row * columns))
-        first = np.searchsorted(limits.start_m[:-1], profile.grid_m, side="right") - 1
-        firsts.append(first + pieces)
-        pieces += limits.start_m.size
     return CeilingFigures(
-        2.0 * profile.potential_m2ps2.ravel(),
-        world.row_start,
-        np.concatenate(starts),
-        np.concatenate([limits.limit_mps for limits in profile.limits]),
-        2.0 * np.concatenate([limits.lowest_m2ps2 for limits in profile.limits]),
-        np.concatenate(firsts),
+        profile.braking(world.type_index),
+        profile.limit_table,
+        traction_table(world, profile, step_s),
         # Nobody is further ahead after a step than with its greatest acceleration throughout.
         0.5 * step_s**2 * world.greatest_acceleration_mps2,
-        plain(pull_of(world, profile, step_s)),
     )
 
 
@@ -111,7 +107,7 @@ class LineCeiling:
         FloatArray
             Ceilings; 0 for a train that is not on the line. [m/s], shape (n_trains,)
         """
-        return _ahead_mps(state.front_m, state.speed_mps, state.present, self._fields)
+        return _ahead_mps(state.whereabouts, self._fields)
 
     def at_mps(self, row: int, front_m: FloatArray) -> FloatArray:
         """
@@ -135,45 +131,35 @@ class LineCeiling:
 
 def braked_to_mps(
     world: World,
-    square: FloatArray,
     row: int,
     ends_m: tuple[FloatArray, FloatArray],
     delay_s: float = 0.0,
 ) -> FloatArray:
     """
-    Return the speed from which the service brake stops a train at a limit.
+    Return the speed from which the service brake stops a train at an end of authority.
 
     Parameters
     ----------
     world
         The trains.
-    square
-        Twice the brake potential. [m2/s2], shape (n_types * n_grid,)
     row
         The train.
     ends_m
-        Fronts and limits. [m], shape (n_places,) each
+        Fronts and ends of authority. [m], shape (n_places,) each
     delay_s
         The front counts as this much time of running further on. [s]
 
     Returns
     -------
     FloatArray
-        Speeds; 0 beyond the limit. [m/s], shape (n_places,)
+        Speeds; 0 beyond the end. [m/s], shape (n_places,)
     """
-    start = np.full(1, world.row_start[row])
-    within_m = np.minimum(ends_m[1], world.far_m)
-    here, there = (at_each(square, place_m, start) for place_m in (ends_m[0], within_m))
+    rows, within_m = np.full(ends_m[0].size, row), np.minimum(ends_m[1], world.far_m)
+    here, there = (
+        braking_v2_each(world.braking, rows, place_m) for place_m in (ends_m[0], within_m)
+    )
     taken = delay_s * np.array(world.train_types[world.type_index[row]].service_brake_mps2)
     return next_speed_mps(0.0, np.maximum(there - here, 0.0), 0.0, taken)
-
-
-@compiled
-def _piece_at(line: CeilingFigures, place: float) -> int:
-    piece = line.first[int(place)]
-    while line.start[piece + 1] <= place:
-        piece += 1
-    return int(piece)
 
 
 @compiled
@@ -195,49 +181,46 @@ def ceiling_here_mps(line: CeilingFigures, train: int, front_m: float) -> float:
     float
         The ceiling. [m/s]
     """
-    place = front_m + line.row_start[train]
-    piece = _piece_at(line, place)
-    square = line.lowest_square[piece + 1] - at(line.square, place)
-    return min(float(line.limit_mps[piece]), math.sqrt(max(square, 0.0)))
+    place = place_of(line.braking, train, front_m)
+    piece = piece_at(line.limits, place)
+    v2 = line.limits.lowest_v2_m2ps2[piece + 1] - braking_v2_there(line.braking, place)
+    return min(float(line.limits.limit_mps[piece]), math.sqrt(max(v2, 0.0)))
 
 
 @compiled
 def _braked_mps(
-    line: CeilingFigures, train: int, piece: int, place: float, speed_mps: float, step_s: float
+    line: CeilingFigures, train: int, piece: int, front_m: float, speed_mps: float
 ) -> float:
     """Return the speed after a step from which the service brake keeps all limits ahead."""
-    here = at(line.square, place)
-    loss = braking_loss_mps(line.square, place, speed_mps, step_s)
+    limits, braking, step_s = line.limits, line.braking, line.traction.step_s
+    place = place_of(braking, train, front_m)
+    here = braking_v2_there(braking, place)
+    loss = braking_loss_mps(braking, train, front_m, speed_mps, step_s)
     reach = place + speed_mps * step_s + line.reach_m[train]
     lowest_mps, after = np.inf, piece + 1
-    while line.start[after] < reach:
-        begins, limit = line.start[after], line.limit_mps[after]
+    while limits.start[after] < reach:
+        begins, limit = limits.start[after], limits.limit_mps[after]
         way = begins - place
-        if limit < line.limit_mps[after - 1] and way <= 0.5 * (speed_mps + limit) * step_s:
+        if limit < limits.limit_mps[after - 1] and way <= 0.5 * (speed_mps + limit) * step_s:
             # It begins within the step: at the end the train is that slow.
             lowest_mps = min(lowest_mps, limit)
-        elif limit < line.limit_mps[after - 1]:
-            square = limit * limit + at(line.square, begins) - here
-            braked = max(next_speed_mps(speed_mps, square, loss, 0.0), limit)
+        elif limit < limits.limit_mps[after - 1]:
+            v2 = limit * limit + braking_v2_there(braking, begins) - here
+            braked = max(next_speed_mps(speed_mps, v2, loss, 0.0), limit)
             lowest_mps = min(lowest_mps, max(braked, limit), 2.0 * way / step_s - speed_mps)
         after += 1
-    square = line.lowest_square[after] - here
-    return min(float(lowest_mps), float(next_speed_mps(speed_mps, square, loss, 0.0)))
+    v2 = limits.lowest_v2_m2ps2[after] - here
+    return min(float(lowest_mps), float(next_speed_mps(speed_mps, v2, loss, 0.0)))
 
 
 @compiled
 def _let_go_mps(
-    line: CeilingFigures,
-    piece: int,
-    place: float,
-    speed_mps: float,
-    gain_mps2: float,
-    step_s: float,
+    limits: LimitTable, piece: int, place: float, speed_mps: float, gain_mps2: float, step_s: float
 ) -> float:
     """Return the speed after a step of speeding up at a rate and holding each limit to its end."""
     speed, here, left_s, last = speed_mps, place, step_s, piece
     while True:
-        limit, ends = line.limit_mps[last], line.start[last + 1]
+        limit, ends = limits.limit_mps[last], limits.start[last + 1]
         speed = min(speed, limit)
         if here + limit * left_s < ends:
             break
@@ -253,11 +236,11 @@ def _let_go_mps(
         if left_s <= 0.0:
             break
         here, last = ends, last + 1
-    speed = min(speed + gain_mps2 * max(left_s, 0.0), line.limit_mps[last])
+    speed = min(speed + gain_mps2 * max(left_s, 0.0), limits.limit_mps[last])
     # A step of constant acceleration may end short of where this motion is.
     for passed in range(last - 1, piece - 1, -1):
-        if place + 0.5 * (speed_mps + speed) * step_s < line.start[passed + 1]:
-            speed = min(speed, line.limit_mps[passed])
+        if place + 0.5 * (speed_mps + speed) * step_s < limits.start[passed + 1]:
+            speed = min(speed, limits.limit_mps[passed])
     return float(speed)
 
 
@@ -285,27 +268,23 @@ def ceiling_ahead_mps(line: CeilingFigures, train: int, front_m: float, speed_mp
     float
         The ceiling. [m/s]
     """
-    pull = Pull(*line.pull)
-    place = front_m + line.row_start[train]
-    piece = _piece_at(line, place)
-    braked_mps = _braked_mps(line, train, piece, place, speed_mps, pull.step_s)
-    pulled = pulled_mps(pull, train, place, speed_mps)
-    if pulled <= line.limit_mps[piece]:
-        return min(braked_mps, float(line.limit_mps[piece]))
-    gain_mps2 = max((pulled - speed_mps) / pull.step_s, 0.0)
-    return min(braked_mps, _let_go_mps(line, piece, place, speed_mps, gain_mps2, pull.step_s))
+    limits, step_s = line.limits, line.traction.step_s
+    place = place_of(line.braking, train, front_m)
+    piece = piece_at(limits, place)
+    braked_mps = _braked_mps(line, train, piece, front_m, speed_mps)
+    pulled = pulled_mps(line.traction, train, front_m, speed_mps)
+    if pulled <= limits.limit_mps[piece]:
+        return min(braked_mps, float(limits.limit_mps[piece]))
+    gain_mps2 = max((pulled - speed_mps) / step_s, 0.0)
+    return min(braked_mps, _let_go_mps(limits, piece, place, speed_mps, gain_mps2, step_s))
 
 
 @compiled
-def _ahead_mps(
-    front_m: FloatArray,
-    speed_mps: FloatArray,
-    present: BoolArray,
-    fields: CeilingFields,
-) -> FloatArray:
-    line = CeilingFigures(*fields)
-    ceiling_mps = np.zeros_like(speed_mps)
-    for train in range(front_m.size):
-        if present[train]:
-            ceiling_mps[train] = ceiling_ahead_mps(line, train, front_m[train], speed_mps[train])
+def _ahead_mps(whereabouts: Plain, fields: Plain) -> FloatArray:
+    trains, line = Whereabouts(*whereabouts), figures_of(fields)
+    ceiling_mps = np.zeros_like(trains.speed_mps)
+    for train in range(ceiling_mps.size):
+        if trains.present[train]:
+            front_m, speed_mps = trains.front_m[train], trains.speed_mps[train]
+            ceiling_mps[train] = ceiling_ahead_mps(line, train, front_m, speed_mps)
     return ceiling_mps

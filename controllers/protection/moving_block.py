@@ -17,20 +17,26 @@ import numpy as np
 
 from kankaku.controllers.options import require
 from kankaku.controllers.protection.ceiling import (
-    CeilingFields,
-    CeilingFigures,
     LineCeiling,
     braked_to_mps,
     ceiling_ahead_mps,
+    figures_of,
 )
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled, count_up_to, plain
+from kankaku.railway.compiled import Plain, compiled, count_up_to, plain
 from kankaku.railway.plan.buffers import Buffers, drifted_buffer_m, reaching_front_m
 from kankaku.railway.plan.profile import build_profile
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, Authority, LineState
+from kankaku.railway.step.state import (
+    NO_VERSION,
+    NOTHING,
+    AtOnce,
+    Authority,
+    LineState,
+    Whereabouts,
+)
 
 ENTERED_M = 1.0
 """A front this far in a platform section has entered it; one at its start may be off a bit. [m]"""
@@ -79,10 +85,36 @@ class MovingBlockOptions:
         )
 
 
+class Spacing(NamedTuple):
+    """How far before whatever is ahead an authority ends; it stays for a whole run."""
+
+    margin_m: float
+    error_ratio: float
+    """Drift of the measured position. [-]"""
+    resolution_m: float
+    exclusive: bool
+    """Platform sections are for one train at a time."""
+    balise_m: FloatArray
+    """Where positions are corrected. [m], shape (n_balises,)"""
+    buffered_at_balise_m: FloatArray
+    """See :attr:`kankaku.railway.plan.buffers.Buffers.buffered_at_balise_m`. [m], same shape"""
+
+
+class Obstacles(NamedTuple):
+    """What is ahead of trains; see :class:`~kankaku.railway.step.state.LineState`."""
+
+    clear_to_m: FloatArray
+    granted_by: IntArray
+    leader: IntArray
+    follows: BoolArray
+    section_m: FloatArray
+    """Start and end of the platform section ahead. [m], shape (2, n_trains)"""
+
+
 class Ahead(NamedTuple):
     """The platform section at every train's next call; it stays until calls change."""
 
-    next_call: IntArray
+    calls_version: int
     section_m: FloatArray
     """Start and end. [m], shape (2, n_trains)"""
 
@@ -102,18 +134,21 @@ class MovingBlock:
         if not buffers.none:
             self.profile = build_profile(world.line, world.train_types, buffers)
         self.delay_s = buffers.delay_s
-        self._square = 2.0 * self.profile.potential_m2ps2.ravel()
         self._delays_s = np.full(world.size, buffers.delay_s)
+        self._at_once = AtOnce(world.size)
         self._own_ceiling = np.full(world.size, NOTHING, dtype=np.intp)
         self.ceiling = LineCeiling(world, self.profile)
         self._line_ceiling = plain(self.ceiling.figures)
-        self._spacing = (
-            options.margin_m,
-            buffers.error_ratio,
-            buffers.resolution_m,
-            options.exclusive_platform,
+        self._spacing = plain(
+            Spacing(
+                options.margin_m,
+                buffers.error_ratio,
+                buffers.resolution_m,
+                options.exclusive_platform,
+                buffers.balise_m,
+                buffers.buffered_at_balise_m,
+            )
         )
-        self._corrections_m = (buffers.balise_m, buffers.buffered_at_balise_m)
 
     def initial(self) -> Ahead:
         """
@@ -124,7 +159,7 @@ class MovingBlock:
         Ahead
             Of no call.
         """
-        return Ahead(np.zeros(0, dtype=np.intp), np.zeros((2, 0)))
+        return Ahead(NO_VERSION, np.zeros((2, 0)))
 
     def authorise(self, state: LineState, memory: Ahead) -> tuple[Authority, Ahead]:
         """
@@ -140,27 +175,23 @@ class MovingBlock:
         Returns
         -------
         tuple[Authority, Ahead]
-            Limits, ceilings and delays, and the next memory.
+            Ends, ceilings and delays, and the next memory.
         """
-        if state.next_call is not memory.next_call:
+        if state.calls_version != memory.calls_version:
             rows = np.arange(self._world.size)
-            memory = Ahead(state.next_call, self._world.platform_m[:, rows, state.next_call])
-        eoa_m, ceiling_mps, eoa_by = _authorise(
-            state.front_m,
-            state.tail_m,
-            state.speed_mps,
-            state.present,
+            memory = Ahead(state.calls_version, self._world.platform_m[:, rows, state.next_call])
+        obstacles = (
             state.clear_to_m,
             state.granted_by,
             state.leader,
             state.follows,
             memory.section_m,
-            self._line_ceiling,
-            self._spacing,
-            *self._corrections_m,
         )
-        authority = Authority(eoa_m, ceiling_mps, self._delays_s, eoa_by, self._own_ceiling)
-        return authority, memory
+        eoa_m, ceiling_mps, eoa_by = _authorise(
+            state.whereabouts, obstacles, self._spacing, self._line_ceiling
+        )
+        bounds, by = (eoa_m, ceiling_mps, self._delays_s), (eoa_by, self._own_ceiling)
+        return Authority(*bounds, *by, self._at_once.permission(eoa_m)), memory
 
     def eoa_behind_m(
         self,
@@ -195,13 +226,11 @@ class MovingBlock:
         """
         start_m, end_m = self._world.platform_m[:, row, call]
         length_m = self._world.length_m[leader]
-        return _eoas_behind_m(
-            leader_front_m, length_m, (start_m, end_m), self._spacing, *self._corrections_m
-        )
+        return _eoas_behind_m(leader_front_m, length_m, (start_m, end_m), self._spacing)
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
-        Return the speed from which the service brake keeps a limit that stays.
+        Return the speed from which the service brake keeps an end of authority that stays.
 
         Parameters
         ----------
@@ -210,32 +239,31 @@ class MovingBlock:
         front_m
             Places of its front. [m], shape (n_places,)
         eoa_m
-            Its limits. [m], shape (n_places,)
+            Its ends of authority. [m], shape (n_places,)
 
         Returns
         -------
         FloatArray
             Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
         """
-        braked_mps = braked_to_mps(self._world, self._square, row, (front_m, eoa_m), self.delay_s)
+        braked_mps = braked_to_mps(self._world, row, (front_m, eoa_m), self.delay_s)
         return np.minimum(braked_mps, self.ceiling.at_mps(row, front_m))
 
 
 @compiled
-def _eoa_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+def _eoa_m(
     front_m: float,
     entered: bool,
     clear_to_m: float,
-    leader_tail_m: float,
-    leader_front_m: float,
+    leader_m: tuple[float, float],
     section_m: tuple[float, float],
-    spacing: tuple[float, float, float, bool],
-    balise_m: FloatArray,
-    buffered_at_balise_m: FloatArray,
+    spacing: Spacing,
 ) -> tuple[float, bool]:
     """Return the end of authority behind an obstacle and a leader, and whether by the leader."""
+    leader_tail_m, leader_front_m = leader_m
     start_m, end_m = section_m
-    margin_m, ratio, resolution_m, exclusive = spacing
+    margin_m, ratio, resolution_m = spacing.margin_m, spacing.error_ratio, spacing.resolution_m
+    exclusive, balise_m = spacing.exclusive, spacing.balise_m
     last = count_up_to(balise_m, front_m) - 1
     balise = max(count_up_to(balise_m, leader_front_m) - 1, 0)
     buffer_m = drifted_buffer_m(leader_front_m, balise_m[balise], ratio, resolution_m)
@@ -245,49 +273,37 @@ def _eoa_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     place_m = min(rear_m, clear_to_m) - margin_m
     # Eq. (3) without the delay, which the drive counts. A balise corrects nothing before the
     # train has passed it.
-    passed = min(count_up_to(buffered_at_balise_m, place_m), max(last, 0))
+    passed = min(count_up_to(spacing.buffered_at_balise_m, place_m), max(last, 0))
     eoa_m = float(reaching_front_m(place_m, balise_m[passed], ratio, resolution_m))
     return eoa_m, rear_m <= clear_to_m
 
 
 @compiled
-def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
-    front_m: FloatArray,
-    tail_m: FloatArray,
-    speed_mps: FloatArray,
-    present: BoolArray,
-    clear_to_m: FloatArray,
-    granted_by: IntArray,
-    leader: IntArray,
-    follows: BoolArray,
-    section_m: FloatArray,
-    ceiling_fields: CeilingFields,
-    spacing: tuple[float, float, float, bool],
-    balise_m: FloatArray,
-    buffered_at_balise_m: FloatArray,
+def _authorise(
+    whereabouts: Plain, obstacle_fields: Plain, spacing_fields: Plain, ceiling_fields: Plain
 ) -> tuple[FloatArray, FloatArray, IntArray]:
-    line_ceiling = CeilingFigures(*ceiling_fields)
-    eoa_m, ceiling_mps = clear_to_m.copy(), np.zeros_like(speed_mps)
-    eoa_by = granted_by.copy()
+    """Return ends of authority, ceilings, and what is behind the ends."""
+    trains, ahead_of = Whereabouts(*whereabouts), Obstacles(*obstacle_fields)
+    spacing, line_ceiling = Spacing(*spacing_fields), figures_of(ceiling_fields)
+    front_m, speed_mps, section_m = trains.front_m, trains.speed_mps, ahead_of.section_m
+    eoa_m, eoa_by = ahead_of.clear_to_m.copy(), ahead_of.granted_by.copy()
+    ceiling_mps = np.zeros_like(speed_mps)
     for train in range(front_m.size):
-        if not present[train]:
+        if not trains.present[train]:
             continue
-        ahead_tail_m, ahead_front_m = np.inf, 0.0
-        if follows[train]:
-            ahead_tail_m, ahead_front_m = tail_m[leader[train]], front_m[leader[train]]
+        leader, leader_tail_m, leader_front_m = ahead_of.leader[train], np.inf, 0.0
+        if ahead_of.follows[train]:
+            leader_tail_m, leader_front_m = trains.tail_m[leader], front_m[leader]
         eoa_m[train], by_leader = _eoa_m(
             front_m[train],
             front_m[train] > section_m[0, train] + ENTERED_M,
-            clear_to_m[train],
-            ahead_tail_m,
-            ahead_front_m,
+            ahead_of.clear_to_m[train],
+            (leader_tail_m, leader_front_m),
             (section_m[0, train], section_m[1, train]),
             spacing,
-            balise_m,
-            buffered_at_balise_m,
         )
-        if follows[train] and by_leader:
-            eoa_by[train] = leader[train]
+        if ahead_of.follows[train] and by_leader:
+            eoa_by[train] = leader
         ceiling_mps[train] = ceiling_ahead_mps(
             line_ceiling, train, front_m[train], speed_mps[train]
         )
@@ -299,22 +315,10 @@ def _eoas_behind_m(
     leader_front_m: FloatArray,
     leader_length_m: float,
     section_m: tuple[float, float],
-    spacing: tuple[float, float, float, bool],
-    balise_m: FloatArray,
-    buffered_at_balise_m: FloatArray,
+    spacing_fields: Plain,
 ) -> FloatArray:
-    eoa_m = np.empty_like(leader_front_m)
+    spacing, eoa_m = Spacing(*spacing_fields), np.empty_like(leader_front_m)
     for place in range(leader_front_m.size):
-        front_m = leader_front_m[place]
-        eoa_m[place] = _eoa_m(
-            np.inf,
-            False,
-            np.inf,
-            front_m - leader_length_m,
-            front_m,
-            section_m,
-            spacing,
-            balise_m,
-            buffered_at_balise_m,
-        )[0]
+        leader_m = leader_front_m[place] - leader_length_m, leader_front_m[place]
+        eoa_m[place] = _eoa_m(np.inf, False, np.inf, leader_m, section_m, spacing)[0]
     return eoa_m

@@ -13,21 +13,16 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.controllers.options import OptionError, require
-from kankaku.controllers.protection.ceiling import (
-    CeilingFields,
-    CeilingFigures,
-    LineCeiling,
-    ceiling_ahead_mps,
-)
+from kankaku.controllers.protection.ceiling import LineCeiling, ceiling_ahead_mps, figures_of
 from kankaku.controllers.protection.code_doubts import never_shown
 from kankaku.controllers.protection.code_table import Braking, code_table
 from kankaku.controllers.protection.fixed_block import detection_on
-from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled, plain
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, Authority, LineState
+from kankaku.railway.step.state import NOTHING, AtOnce, Authority, LineState, Whereabouts
 from kankaku.railway.wayside.detection import Sight
 from kankaku.railway.wayside.tiling import Tiling, place_of, place_of_front
 
@@ -64,6 +59,23 @@ class MultiStepAtcOptions:
 OBEYED_MPS, TAKES_EFFECT_S, BRAKING = 0, 1, 2
 
 
+class Signals(NamedTuple):
+    """What codes follow from; it stays for a whole run."""
+
+    route: IntArray
+    """Route of each train. shape (n_trains,)"""
+    type_index: IntArray
+    """Type of each train. shape (n_trains,)"""
+    code_mps: FloatArray
+    """See :attr:`MultiStepAtc.code_mps`."""
+    idle_time_s: float
+    below_mps: float
+    """The brake is released so far below the code. [m/s]"""
+    overlap_m: float
+    far_m: float
+    """Where nothing ends the way. [m]"""
+
+
 class Shown(NamedTuple):
     """What trackside and trains remember."""
 
@@ -98,9 +110,20 @@ class MultiStepAtc:
         """Codes by train type, block of a route, and free blocks ahead. [m/s]"""
         self._ceiling = LineCeiling(world, world.profile)
         self._blocks = plain(self._detection.blocks)
+        self._signals = plain(
+            Signals(
+                self._detection.route,
+                world.type_index,
+                self.code_mps,
+                options.idle_time_s,
+                options.release_below_kmh / 3.6,
+                options.overlap_m,
+                world.far_m,
+            )
+        )
         self._line_ceiling = plain(self._ceiling.figures)
         self._no_delay_s = np.zeros(world.size)
-        self._below_mps = options.release_below_kmh / 3.6
+        self._at_once = AtOnce(world.size)
 
     def warnings(self) -> tuple[str, ...]:
         """
@@ -142,27 +165,20 @@ class MultiStepAtc:
         Returns
         -------
         tuple[Authority, Shown]
-            Limits at occupied blocks, ceilings by code and line, and the next memory.
+            Ends at occupied blocks, ceilings by code and line, and the next memory.
         """
         sight = self._detection.look_ahead(state, memory.sight)
         onboard = memory.onboard.copy()
         eoa_m, ceiling_mps, eoa_by, ceiling_by = _authorise(
             state.time_s,
-            state.front_m,
-            state.speed_mps,
-            state.present,
-            sight.danger_m,
-            sight.danger_by,
-            self._detection.route,
-            self._blocks,
-            self._world.type_index,
-            self.code_mps,
-            (self._options.idle_time_s, self._below_mps, self._options.overlap_m),
-            self._world.far_m,
+            state.whereabouts,
+            (sight.danger_m, sight.danger_by),
             onboard,
+            (self._signals, self._blocks),
             self._line_ceiling,
         )
-        authority = Authority(eoa_m, ceiling_mps, self._no_delay_s, eoa_by, ceiling_by)
+        bounds, link = (eoa_m, ceiling_mps, self._no_delay_s), self._at_once.permission(eoa_m)
+        authority = Authority(*bounds, eoa_by, ceiling_by, link)
         return authority, Shown(sight, onboard)
 
     def eoa_behind_m(
@@ -174,7 +190,7 @@ class MultiStepAtc:
         leader_speed_mps: FloatArray,  # noqa: ARG002 - the leader is taken as standing
     ) -> FloatArray:
         """
-        Return the limit of a train behind its leader.
+        Return the end of authority of a train behind its leader.
 
         Parameters
         ----------
@@ -202,7 +218,7 @@ class MultiStepAtc:
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
-        Return the code that a train is shown behind a limit that stays.
+        Return the code that a train is shown before an end of authority that stays.
 
         Parameters
         ----------
@@ -211,7 +227,7 @@ class MultiStepAtc:
         front_m
             Places of its front. [m], shape (n_places,)
         eoa_m
-            Its limits. [m], shape (n_places,)
+            Its ends of authority. [m], shape (n_places,)
 
         Returns
         -------
@@ -255,56 +271,60 @@ def _codes_mps(
 
 
 @compiled
-def _authorise(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
+def _authorise(
     time_s: float,
-    front_m: FloatArray,
-    speed_mps: FloatArray,
-    present: BoolArray,
-    danger_m: FloatArray,
-    danger_by: IntArray,
-    route: IntArray,
-    block_fields: tuple[IntArray, IntArray, FloatArray, FloatArray],
-    type_index: IntArray,
-    code_mps: FloatArray,
-    figures: tuple[float, float, float],
-    far_m: float,
+    whereabouts: Plain,
+    danger: tuple[FloatArray, IntArray],
     onboard: FloatArray,
-    ceiling_fields: CeilingFields,
+    signal_fields: tuple[Plain, Plain],
+    ceiling_fields: Plain,
 ) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
-    """Return limits and ceilings with what is behind them, and write what trains remember."""
-    blocks, line_ceiling = Tiling(*block_fields), CeilingFigures(*ceiling_fields)
-    idle_time_s, below_mps, overlap_m = figures
-    eoa_m, ceiling_mps = np.full(front_m.size, far_m), np.zeros(front_m.size)
-    eoa_by, ceiling_by = np.full(front_m.size, NOTHING), np.full(front_m.size, NOTHING)
-    for train in range(front_m.size):
-        if not present[train]:
+    """Return ends and ceilings with what is behind them, and write what trains remember."""
+    trains, line_ceiling = Whereabouts(*whereabouts), figures_of(ceiling_fields)
+    signals, blocks = Signals(*signal_fields[0]), Tiling(*signal_fields[1])
+    danger_m, danger_by = danger
+    size = trains.front_m.size
+    eoa_m, ceiling_mps = np.full(size, signals.far_m), np.zeros(size)
+    eoa_by, ceiling_by = np.full(size, NOTHING), np.full(size, NOTHING)
+    for train in range(size):
+        if not trains.present[train]:
             continue
+        front_m, speed_mps = trains.front_m[train], trains.speed_mps[train]
+        code_mps = signals.code_mps[signals.type_index[train]]
         shown, highest, occupied_m = _code_mps(
-            front_m[train], danger_m[train], route[train], blocks, code_mps[type_index[train]]
+            front_m, danger_m[train], signals.route[train], blocks, code_mps
         )
         # A train that stands closer to an occupied block than the overlap stays there.
-        eoa_m[train] = min(max(occupied_m - overlap_m, front_m[train]), far_m)
+        eoa_m[train] = min(max(occupied_m - signals.overlap_m, front_m), signals.far_m)
         if occupied_m < np.inf:
             eoa_by[train] = danger_by[train]
-        obeyed, takes_effect_s, braking = onboard[:, train]
-        if shown >= obeyed:
-            braking = braking if shown == obeyed else 0.0
-            obeyed, takes_effect_s = shown, np.inf
-        elif takes_effect_s == np.inf:
-            takes_effect_s = time_s + idle_time_s
-        if time_s >= takes_effect_s:
-            obeyed, takes_effect_s = shown, np.inf
-            braking = 1.0 if speed_mps[train] > shown else 0.0
-        released_mps = max(obeyed - below_mps, 0.0)
-        if speed_mps[train] <= released_mps:
-            braking = 0.0
-        bound_mps = released_mps if braking > 0.0 else obeyed
-        onboard[OBEYED_MPS, train] = obeyed
-        onboard[TAKES_EFFECT_S, train] = takes_effect_s
-        onboard[BRAKING, train] = braking
-        line_mps = ceiling_ahead_mps(line_ceiling, train, front_m[train], speed_mps[train])
+        bound_mps = _bound_mps(time_s, shown, speed_mps, onboard[:, train], signals)
+        line_mps = ceiling_ahead_mps(line_ceiling, train, front_m, speed_mps)
         ceiling_mps[train] = min(line_mps, bound_mps)
         # The highest code of a block is the line's own, whatever is ahead.
-        if bound_mps < line_mps and min(shown, obeyed) < highest:
+        if bound_mps < line_mps and min(shown, onboard[OBEYED_MPS, train]) < highest:
             ceiling_by[train] = danger_by[train]
     return eoa_m, ceiling_mps, eoa_by, ceiling_by
+
+
+@compiled
+def _bound_mps(
+    time_s: float, shown: float, speed_mps: float, onboard: FloatArray, signals: Signals
+) -> float:
+    """Return what a train that is shown a code may run, and write what it remembers."""
+    obeyed, takes_effect_s, braking = onboard
+    if shown >= obeyed:
+        braking = braking if shown == obeyed else 0.0
+        obeyed, takes_effect_s = shown, np.inf
+    elif takes_effect_s == np.inf:
+        takes_effect_s = time_s + signals.idle_time_s
+    if time_s >= takes_effect_s:
+        obeyed, takes_effect_s = shown, np.inf
+        braking = 1.0 if speed_mps > shown else 0.0
+    released_mps = max(obeyed - signals.below_mps, 0.0)
+    if speed_mps <= released_mps:
+        braking = 0.0
+    onboard[OBEYED_MPS] = obeyed
+    onboard[TAKES_EFFECT_S] = takes_effect_s
+    onboard[BRAKING] = braking
+    return float(released_mps if braking > 0.0 else obeyed)

@@ -3,24 +3,25 @@ Relative braking: up to where the leader's rear comes to a stand if it brakes it
 
 The method of Takaoka et al. 1991, section 2.3 (level C), for comparison with absolute braking
 distances. It is *not* safe against a leader that stops shorter than its brakes can stop it,
-such as one that derails or collides; that is the stated limit of the method. A leader whose
+such as one that derails or collides; that is what the method does not cover. A leader whose
 emergency brake is stronger than the one assumed is refused: behind it the authority ends at its
 rear, taken as standing.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from kankaku.controllers.options import require
 from kankaku.controllers.protection.ceiling import LineCeiling, braked_to_mps
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled
-from kankaku.railway.plan.profile import SPACING_M, at
+from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.plan.brake_table import SPACING_M, BrakeTable, braking_v2_at
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, Authority, LineState
+from kankaku.railway.step.state import NOTHING, AtOnce, Authority, LineState, Whereabouts
 
 EXACT_M = 0.01
 """How exactly the place of a stand is found, on the near side. [m]"""
@@ -42,6 +43,17 @@ class RelativeBrakingOptions:
         require("leader_brake_kmhps", self.leader_brake_kmhps, 0.5, 20.0)
 
 
+class Leaders(NamedTuple):
+    """How hard trains brake; arrays of shape (n_trains,)."""
+
+    braking: BrakeTable
+    accepted: BoolArray
+    """Trains that cannot stop shorter than assumed."""
+    harder_mps2: FloatArray
+    """What they are assumed to brake harder than their service brakes. [m/s2]"""
+    margin_m: float
+
+
 class RelativeBraking:
     """A moving block that counts on the leader's braking distance."""
 
@@ -56,13 +68,14 @@ class RelativeBraking:
         self._margin_m = options.margin_m
         self.promises = Promises(options.margin_m)
         self.ceiling = LineCeiling(world, world.profile)
-        self._square = 2.0 * world.profile.potential_m2ps2.ravel()
         self._no_delay_s = np.zeros(world.size)
+        self._at_once = AtOnce(world.size)
         self._own_ceiling = np.full(world.size, NOTHING, dtype=np.intp)
         brake_mps2 = options.leader_brake_kmhps / 3.6
         self.accepted: BoolArray = world.of_type("emergency_brake_mps2") <= brake_mps2
         """Trains that cannot stop shorter than assumed. shape (n_trains,)"""
-        self._harder_mps2 = brake_mps2 - world.of_type("service_brake_mps2")
+        harder_mps2 = brake_mps2 - world.of_type("service_brake_mps2")
+        self._leaders = plain(Leaders(world.braking, self.accepted, harder_mps2, options.margin_m))
 
     def initial(self) -> tuple[()]:
         """
@@ -89,25 +102,13 @@ class RelativeBraking:
         Returns
         -------
         tuple[Authority, tuple[()]]
-            Limits and ceilings, and nothing to remember.
+            Ends and ceilings, and nothing to remember.
         """
-        eoa_m, eoa_by = _eoas_m(
-            state.front_m,
-            state.tail_m,
-            state.speed_mps,
-            state.present,
-            state.granted_to_m,
-            state.granted_by,
-            state.leader,
-            state.follows,
-            self.accepted,
-            self._world.row_start,
-            self._square,
-            self._harder_mps2,
-            self._margin_m,
-        )
+        granted, ahead = (state.granted_to_m, state.granted_by), (state.leader, state.follows)
+        eoa_m, eoa_by = _eoas_m(state.whereabouts, granted, ahead, self._leaders)
         bounds = eoa_m, self.ceiling.ahead_mps(state), self._no_delay_s
-        return Authority(*bounds, eoa_by, self._own_ceiling), memory
+        link = self._at_once.permission(eoa_m)
+        return Authority(*bounds, eoa_by, self._own_ceiling, link), memory
 
     def eoa_behind_m(
         self,
@@ -118,7 +119,7 @@ class RelativeBraking:
         leader_speed_mps: FloatArray,
     ) -> FloatArray:
         """
-        Return the limit of a train behind its leader.
+        Return the end of authority of a train behind its leader.
 
         Parameters
         ----------
@@ -140,14 +141,13 @@ class RelativeBraking:
         """
         stands_m = leader_front_m
         if self.accepted[leader]:
-            start, harder = float(self._world.row_start[leader]), float(self._harder_mps2[leader])
-            stands_m = _stands_each_m(leader_front_m, leader_speed_mps, start, self._square, harder)
+            stands_m = _stands_each_m(leader, leader_front_m, leader_speed_mps, self._leaders)
         eoas_m: FloatArray = stands_m - self._world.length_m[leader] - self._margin_m
         return eoas_m
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
-        Return the speed from which the service brake keeps a limit that stays.
+        Return the speed from which the service brake keeps an end of authority that stays.
 
         Parameters
         ----------
@@ -156,35 +156,41 @@ class RelativeBraking:
         front_m
             Places of its front. [m], shape (n_places,)
         eoa_m
-            Its limits. [m], shape (n_places,)
+            Its ends of authority. [m], shape (n_places,)
 
         Returns
         -------
         FloatArray
             Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
         """
-        braked_mps = braked_to_mps(self._world, self._square, row, (front_m, eoa_m))
+        braked_mps = braked_to_mps(self._world, row, (front_m, eoa_m))
         return np.minimum(braked_mps, self.ceiling.at_mps(row, front_m))
 
 
 @compiled
-def _stands_m(
-    front_m: float, speed_mps: float, row_start: float, square: FloatArray, harder_mps2: float
-) -> float:
+def _leaders(fields: Plain) -> Leaders:
+    braking, accepted, harder_mps2, margin_m = fields
+    return Leaders(BrakeTable(*braking), accepted, harder_mps2, margin_m)
+
+
+@compiled
+def _stands_m(train: int, front_m: float, speed_mps: float, leaders: Leaders) -> float:
     """Return where a front comes to a stand if its train brakes as hard as assumed."""
     if speed_mps <= 0.0:
         return front_m
-    wanted = at(square, front_m + row_start) + speed_mps * speed_mps
+    braking, harder_mps2 = leaders.braking, leaders.harder_mps2[train]
+    wanted = braking_v2_at(braking, train, front_m) + speed_mps * speed_mps
     # The square rises with the distance: step on by metres that double, then halve them.
     low_m, high_m = 0.0, SPACING_M
     while (
-        at(square, front_m + high_m + row_start) + 2.0 * harder_mps2 * high_m < wanted
+        braking_v2_at(braking, train, front_m + high_m) + 2.0 * harder_mps2 * high_m < wanted
         and high_m < MOST_M
     ):
         low_m, high_m = high_m, 2.0 * high_m
     while high_m - low_m > EXACT_M:
         middle_m = 0.5 * (low_m + high_m)
-        if at(square, front_m + middle_m + row_start) + 2.0 * harder_mps2 * middle_m < wanted:
+        there = braking_v2_at(braking, train, front_m + middle_m)
+        if there + 2.0 * harder_mps2 * middle_m < wanted:
             low_m = middle_m
         else:
             high_m = middle_m
@@ -193,47 +199,34 @@ def _stands_m(
 
 @compiled
 def _stands_each_m(
-    front_m: FloatArray,
-    speed_mps: FloatArray,
-    row_start: float,
-    square: FloatArray,
-    harder_mps2: float,
+    train: int, front_m: FloatArray, speed_mps: FloatArray, fields: Plain
 ) -> FloatArray:
-    stands_m = np.empty_like(front_m)
+    leaders, stands_m = _leaders(fields), np.empty_like(front_m)
     for place in range(front_m.size):
-        stands_m[place] = _stands_m(
-            front_m[place], speed_mps[place], row_start, square, harder_mps2
-        )
+        stands_m[place] = _stands_m(train, front_m[place], speed_mps[place], leaders)
     return stands_m
 
 
 @compiled
-def _eoas_m(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
-    front_m: FloatArray,
-    tail_m: FloatArray,
-    speed_mps: FloatArray,
-    present: BoolArray,
-    granted_to_m: FloatArray,
-    granted_by: IntArray,
-    leader: IntArray,
-    follows: BoolArray,
-    accepted: BoolArray,
-    row_start: FloatArray,
-    square: FloatArray,
-    harder_mps2: FloatArray,
-    margin_m: float,
+def _eoas_m(
+    whereabouts: Plain,
+    granted: tuple[FloatArray, IntArray],
+    ahead: tuple[IntArray, BoolArray],
+    fields: Plain,
 ) -> tuple[FloatArray, IntArray]:
-    eoa_m, eoa_by = granted_to_m - margin_m, granted_by.copy()
+    """Return ends of authority, and what is there."""
+    trains, leaders = Whereabouts(*whereabouts), _leaders(fields)
+    (granted_to_m, granted_by), (leader_of, follows) = granted, ahead
+    present, front_m = trains.present, trains.front_m
+    eoa_m, eoa_by = granted_to_m - leaders.margin_m, granted_by.copy()
     for train in range(front_m.size):
         if not (present[train] and follows[train]):
             continue
-        ahead = leader[train]
-        rear_m = tail_m[ahead]
-        if accepted[ahead] and present[ahead]:
-            stands_m = _stands_m(
-                front_m[ahead], speed_mps[ahead], row_start[ahead], square, harder_mps2[ahead]
-            )
-            rear_m += stands_m - front_m[ahead]
-        if rear_m - margin_m <= eoa_m[train]:
-            eoa_m[train], eoa_by[train] = rear_m - margin_m, ahead
+        leader = leader_of[train]
+        rear_m = trains.tail_m[leader]
+        if leaders.accepted[leader] and present[leader]:
+            stands_m = _stands_m(leader, front_m[leader], trains.speed_mps[leader], leaders)
+            rear_m += stands_m - front_m[leader]
+        if rear_m - leaders.margin_m <= eoa_m[train]:
+            eoa_m[train], eoa_by[train] = rear_m - leaders.margin_m, leader
     return eoa_m, eoa_by

@@ -87,7 +87,7 @@ if __name__ == "__main__":
 # Look
 # ----
 #
-# A train that stands between stations is a flat piece of a line.
+# Dots are stops between stations; the larger, the longer.
 
 if __name__ == "__main__":
     runs = [results.run(name) for name in results.controllers]

@@ -13,6 +13,7 @@ import numpy as np
 
 import kankaku
 from kankaku.railway.step.state import NO_REASON, Advice
+from kankaku.testing import check_controller
 
 # %%
 # Write it
@@ -97,7 +98,8 @@ print(own[own.reason == "plan"].groupby(["train", "plan", "cause"]).size().renam
 # Is it right?
 # ------------
 #
-# ``kankaku check-controller hold_back`` asks what every shipped layer is asked: does the same
-# state have the same answer, are ceilings and reasons sound, does it leave the future alone, do
-# all trains arrive whatever the delays? The command line finds an operation by its entry point;
-# see the guide.
+# The contract asks what every shipped layer is asked. On the command line this is
+# ``kankaku check-controller hold_back``, for an operation that has an entry point; see the guide.
+
+for finding in check_controller("hold_back"):
+    print(f"{finding.check:36} {finding.problem or 'holds'}")

@@ -31,6 +31,7 @@ from kankaku.commands.shared_options import (
     Seed,
     Settings,
     Step,
+    Version,
 )
 
 RUN = "run"
@@ -71,14 +72,6 @@ def _end(status: int) -> None:
         raise typer.Exit(status)
 
 
-def _show_versions(value: bool) -> None:
-    if value:
-        from kankaku.commands.listing import versions
-
-        typer.echo(versions())
-        raise typer.Exit
-
-
 @app.command(RUN)
 def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
     scenario: Annotated[
@@ -109,12 +102,7 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
             help="Show the controllers of the scenario; without one, all that there are.",
         ),
     ] = False,
-    version: Annotated[  # noqa: ARG001 - handled by its callback
-        bool,
-        typer.Option(
-            "--version", callback=_show_versions, is_eager=True, help="Show what runs here."
-        ),
-    ] = False,
+    version: Version = False,  # noqa: ARG001 - handled by its callback
 ) -> None:
     """Run the controllers of a scenario on the same trains and delays, and compare them."""
     from kankaku.commands import run_shown

@@ -1,9 +1,7 @@
 """What controllers there are: those that can be built, those of a scenario, and the versions."""
 
-import platform
 from collections.abc import Iterable, Sequence
 from dataclasses import fields
-from importlib.metadata import version
 from typing import NamedTuple
 
 from kankaku.controllers import registry
@@ -100,16 +98,3 @@ def _toml(value: object) -> str:
     if isinstance(value, tuple):
         return f"[{', '.join(map(_toml, value))}]"
     return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def versions() -> str:
-    """
-    Return what runs here.
-
-    Returns
-    -------
-    str
-        Versions of this program, SUMO and Python.
-    """
-    python = platform.python_version()
-    return f"kankaku {version('kankaku')}, SUMO {version('eclipse-sumo')}, Python {python}"

@@ -1,6 +1,8 @@
 """The options that several commands share."""
 
 import os
+import platform
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, TypeAlias
 
@@ -61,4 +63,29 @@ Seed: TypeAlias = Annotated[
 Out: TypeAlias = Annotated[Path, typer.Option(help="Where results go.")]
 Fresh: TypeAlias = Annotated[
     bool, typer.Option("--fresh", help="Start anew instead of continuing earlier runs.")
+]
+
+
+def versions() -> str:
+    """
+    Return what runs here.
+
+    Returns
+    -------
+    str
+        Versions of this program, SUMO and Python.
+    """
+    python = platform.python_version()
+    return f"kankaku {version('kankaku')}, SUMO {version('eclipse-sumo')}, Python {python}"
+
+
+def _show_versions(value: bool) -> None:
+    if value:
+        typer.echo(versions())
+        raise typer.Exit
+
+
+Version: TypeAlias = Annotated[
+    bool,
+    typer.Option("--version", callback=_show_versions, is_eager=True, help="Show what runs here."),
 ]

@@ -142,7 +142,9 @@ def assess_capacity(
     tasks: list[Task] = [*map(ByTheory, headways), *_checks(check, by_theory_s)]
     theory: dict[str, CapacityAssessment] = {}
     simulated_s = {name: np.full(len(known_s), np.nan) for name, known_s in by_theory_s.items()}
-    answers = performed(partial(_perform, study, registered()), tasks, study.jobs, folder=work)
+    answers = performed(
+        partial(_perform, study, registered(study.specs)), tasks, study.jobs, folder=work
+    )
     for finished, done in enumerate(answers, start=1):
         name, answer = done.task.controller, done.result
         if isinstance(answer, CapacityAssessment):

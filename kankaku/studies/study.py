@@ -21,10 +21,13 @@ from kankaku.asking import MOST_JOBS, MOST_SEEDS, SEED_MAX, STEP_RANGE_S
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import named, with_settings
 from kankaku.controllers.layers import Layer
-from kankaku.railway.failures.unit_failures import UnitFailure
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.failures.unit_failures import UnitFailure, failing
 from kankaku.railway.loop.simulate import simulate
+from kankaku.railway.meters.all_meters import all_meters
 from kankaku.railway.motion.feasibility import assess
 from kankaku.railway.places import CACHE, chosen_cache, refuse_unwritable, temporary_folder
+from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World, build_world
 from kankaku.railway.step.records import RunRecord
@@ -147,16 +150,15 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         with tempfile.TemporaryDirectory(prefix="kankaku-", dir=temporary_folder()) as folder:
             files = write(scenario, world, delays_s, Path(folder))
             with engine(files, world, gui=gui) as sumo:
+                run, units = _run_of(scenario, world, delays_s, seed), None
+                if unit_failures is not None:
+                    run, units = failing(run, unit_failures)
                 record = simulate(
-                    world,
+                    run,
                     wrap("engine", sumo),
                     controller,
-                    delays_s,
-                    seed=seed,
-                    patience_s=scenario.patience_s,
-                    disruptions=scenario.disruptions,
-                    radio=scenario.radio,
-                    unit_failures=unit_failures,
+                    all_meters(world),
+                    units=units,
                     progress=progress,
                 )
     except Exception:
@@ -164,6 +166,10 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         if record is None or not record.failure:
             raise
     return record
+
+
+def _run_of(scenario: Scenario, world: World, delays_s: FloatArray, seed: int) -> Run:
+    return Run(world, delays_s, seed, scenario.patience_s, scenario.disruptions, scenario.radio)
 
 
 def run_study(
@@ -217,7 +223,9 @@ def run_study(
     with held(folder) as work:
         refuse_unwritable(folder, "results")
         running = Running(study, folder, work, world)
-        return running.run(partial(_perform, study, registered()), Hearers(progress, say, tell))
+        return running.run(
+            partial(_perform, study, registered(study.specs)), Hearers(progress, say, tell)
+        )
 
 
 class Registered(NamedTuple):
@@ -232,9 +240,14 @@ class Registered(NamedTuple):
         registry.OPERATIONS.restore(self.operations)
 
 
-def registered() -> Registered:
+def registered(specs: Sequence[ControllerSpec]) -> Registered:
     """
-    Return the layers that were registered while the program runs.
+    Return the layers of some controllers that were registered while the program runs.
+
+    Parameters
+    ----------
+    specs
+        The controllers that are run.
 
     Returns
     -------
@@ -246,7 +259,8 @@ def registered() -> Registered:
     StudyError
         If one of them stands in no file that a worker could import.
     """
-    found = Registered(registry.PROTECTIONS.added(), registry.OPERATIONS.added())
+    used = {name for spec in specs for name in (spec.protection, spec.operation)}
+    found = Registered(registry.PROTECTIONS.added(used), registry.OPERATIONS.added(used))
     for name, layer in (*found.protections.items(), *found.operations.items()):
         try:
             pickle.dumps(layer)

@@ -7,7 +7,7 @@ import numpy as np
 
 from kankaku.railway.errors import sentence_of
 from kankaku.railway.step.control import Controller, Operation, Protection
-from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
+from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState, RadioPermission
 from kankaku.testing.alike import frozen, same
 
 KEPT_EVERY = 97
@@ -121,8 +121,7 @@ class AskedTwice:
         # Codes of places beside the track, nothing, rows of trains.
         known = range(-1 - self._places, trains)
         named = {"eoa_by": authority.eoa_by, "ceiling_by": authority.ceiling_by}
-        if advice.cause is not None:
-            named["cause"] = advice.cause
+        named["cause"] = advice.cause
         for name, values in named.items():
             if isinstance(values, np.ndarray) and not set(values.tolist()) <= set(known):
                 yield f"{name} is neither a train nor a place beside the track nor nothing"
@@ -161,6 +160,9 @@ def authority_problems(authority: object, state: LineState) -> Iterator[str]:
     rows = {name: getattr(authority, name) for name in ("eoa_by", "ceiling_by")}
     yield from _malformed(numbers, "f", state)
     yield from _malformed(rows, "iu", state)
+    link: object = authority.link
+    if not isinstance(link, RadioPermission):
+        yield "link is no RadioPermission: AtOnce makes one where there is no radio"
     if not all(_is_array(values, "f", state) for values in numbers.values()):
         return
     for name, values in numbers.items():
@@ -190,7 +192,7 @@ def advice_problems(advice: object, state: LineState) -> Iterator[str]:
         yield f"advise returns a {type(advice).__name__}, no Advice"
         return
     yield from _malformed({"ceiling_mps": advice.ceiling_mps}, "f", state)
-    yield from _malformed({"reason": advice.reason}, "iu", state)
+    yield from _malformed({"reason": advice.reason, "cause": advice.cause}, "iu", state)
     if _is_array(advice.ceiling_mps, "f", state):
         ceiling = advice.ceiling_mps
         if not np.isfinite(ceiling).all() or (ceiling < 0.0).any():

@@ -12,7 +12,8 @@ from kankaku.controllers.choosing import PLUS
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.errors import KankakuError, sentence_of
 from kankaku.railway.loop.simulate import simulate
-from kankaku.railway.plan.radio_spec import LOSSLESS
+from kankaku.railway.meters.all_meters import all_meters
+from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller, Separation
@@ -108,15 +109,9 @@ def trial_of(scenario: Scenario, candidate: Candidate, delay_s: FloatArray) -> T
 
 
 def _run(scenario: Scenario, controller: Controller, delay_s: FloatArray) -> RunRecord:
-    return simulate(
-        world_of(scenario),
-        ToyEngine(world_of(scenario), delay_s, scenario.step_s),
-        controller,
-        delay_s,
-        seed=scenario.seed,
-        patience_s=scenario.patience_s,
-        radio=LOSSLESS,
-    )
+    world = world_of(scenario)
+    run = Run(world, delay_s, scenario.seed, scenario.patience_s)
+    return simulate(run, ToyEngine(world, delay_s, scenario.step_s), controller, all_meters(world))
 
 
 def _noted(check: str) -> Callable[[Trial], str]:
@@ -218,7 +213,7 @@ def _other_than_foreseen(
         # Nothing but this leader is in the way, nor was then.
         permitted_m = max(authority.eoa_m[row], state.front_m[row])
         # A centre that plans a train's run permits no more than it has planned.
-        planned = authority.link is not None and np.isfinite(authority.link.commanded_mps[row])
+        planned = np.isfinite(authority.link.commanded_mps[row])
         if not planned and min(oldest, latest) - 1e-6 > permitted_m:
             return "it permits less than eoa_behind_m says"
     return ""

@@ -15,6 +15,7 @@ from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.radio_spec import Outage, RadioSpec
+from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import UnitState
 
@@ -267,3 +268,25 @@ def disturbed(
         if failure.variant in {Variant.STATE, Variant.EQUIPMENT}
     )
     return replace(disruptions, closures=disruptions.closures + closures)
+
+
+def failing(run: Run, unit_failures: Sequence[UnitFailure]) -> tuple[Run, Units]:
+    """
+    Return a run with what units and the centre do wrong.
+
+    Parameters
+    ----------
+    run
+        The run without.
+    unit_failures
+        Any failures, even none.
+
+    Returns
+    -------
+    tuple[Run, Units]
+        The run, and what its units measure.
+    """
+    radio = silenced(run.radio, unit_failures)
+    disruptions = disturbed(run.disruptions, run.world.line, unit_failures)
+    units = Units(run.world, unit_failures)
+    return replace(run, radio=radio, disruptions=disruptions), units

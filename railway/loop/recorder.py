@@ -1,6 +1,5 @@
 """Records every step cheaply, and hands whole blocks of steps to those who examine them."""
 
-import operator
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,7 +9,7 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Command, Controller
 from kankaku.railway.step.reasons import Reasons
 from kankaku.railway.step.records import Trajectory
-from kankaku.railway.step.state import Advice, Authority, LineState, Reason
+from kankaku.railway.step.state import NO_VERSION, Advice, Authority, LineState, Reason
 from kankaku.railway.step.step_block import BLOCK_STEPS, Examiner, StepBlock
 
 DWELLING = int(Reason.DWELLING)
@@ -39,7 +38,8 @@ class Recorder:
         self._emergency = np.zeros(shape, dtype=np.bool_)
         self._written = 0
         self._filled = 0
-        self._lasting: tuple[FloatArray | IntArray | BoolArray, ...] = (np.zeros(0),) * 6
+        self._versions = (NO_VERSION, NO_VERSION, NO_VERSION)
+        self._lasting: tuple[FloatArray | IntArray | BoolArray, ...] = ()
         self._until_sample = 0
         self._sample_every = max(1, round(1.0 / world.step_s))
         self._sampled: list[int] = []
@@ -77,21 +77,21 @@ class Recorder:
         self._front_m[at] = state.front_m
         self._speed_mps[at] = state.speed_mps
         self._eoa_m[at] = authority.eoa_m
-        if authority.link is not None:
-            self._emergency[at] = authority.link.emergency
-        surprised = state.wayside.surprised
-        heard_s = self._without_radio_s if state.radio is None else state.radio.heard_s
-        lasting = (
-            authority.delay_s,
-            state.next_call,
-            surprised,
-            state.present,
-            state.running,
-            heard_s,
-        )
-        if not all(map(operator.is_, lasting, self._lasting)):
+        self._delay_s[at] = authority.delay_s
+        self._emergency[at] = authority.link.emergency
+        radio = state.radio
+        telegrams = NO_VERSION if radio is None else radio.telegrams_version
+        versions = state.calls_version, state.wayside_version, telegrams
+        if versions != self._versions:
             self._fill()
-            self._lasting = lasting
+            self._versions = versions
+            self._lasting = (
+                state.next_call,
+                state.wayside.surprised,
+                state.present,
+                state.running,
+                self._without_radio_s if radio is None else radio.heard_s,
+            )
         self._written += 1
         if self._written > BLOCK_STEPS:
             self.flush()
@@ -101,7 +101,6 @@ class Recorder:
         if self._filled < self._written:
             steps = slice(self._filled, self._written)
             kept = (
-                self._delay_s,
                 self._next_call,
                 self._surprised,
                 self._present,

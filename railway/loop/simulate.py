@@ -1,41 +1,36 @@
 """The only loop: observe, protect, operate, drive, record, apply, advance."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
-from kankaku.railway.arrays import FloatArray
 from kankaku.railway.errors import sentence_of
-from kankaku.railway.failures.unit_failures import UnitFailure, Units, disturbed, silenced
+from kankaku.railway.failures.unit_failures import Units
+from kankaku.railway.loop.agreements import FirstStep
 from kankaku.railway.loop.recorder import Recorder
 from kankaku.railway.loop.tracker import Tracker
 from kankaku.railway.loop.unfinished import Ending, unfinished
-from kankaku.railway.meters.energy_meter import EnergyMeter
-from kankaku.railway.meters.standstill import StandstillWatch
-from kankaku.railway.plan.disruptions import UNDISTURBED, Disruptions
-from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
-from kankaku.railway.plan.world import World
+from kankaku.railway.plan.run import Run
 from kankaku.railway.radio.data_link import Radio
 from kankaku.railway.safety.monitor import Monitor
-from kankaku.railway.step.control import Controller
+from kankaku.railway.step.control import Command, Controller
 from kankaku.railway.step.engine_contract import Engine
 from kankaku.railway.step.records import RunRecord, Unfinished
+from kankaku.railway.step.state import Advice, Authority, LineState
+from kankaku.railway.step.step_block import Meter
 from kankaku.railway.wayside.signalling import Wayside
 
 REPORT_EVERY_STEPS = 1000
 
 
-def simulate(  # noqa: PLR0913 - one argument per part of a run
-    world: World,
+def simulate(
+    run: Run,
     engine: Engine,
     controller: Controller,
-    dwell_delay_s: FloatArray,
+    meters: Sequence[Meter],
     *,
-    seed: int,
-    patience_s: float,
-    disruptions: Disruptions = UNDISTURBED,
-    radio: RadioSpec = LOSSLESS,
-    unit_failures: Sequence[UnitFailure] | None = None,
+    units: Units | None = None,
     progress: Callable[[float], None] = lambda _: None,
 ) -> RunRecord:
     """
@@ -43,25 +38,17 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
 
     Parameters
     ----------
-    world
-        Line, fleet and timetable.
+    run
+        What happens whoever controls the trains.
     engine
         What moves the trains; it knows the dwell delays, controllers do not.
     controller
         Protection, operation and drive.
-    dwell_delay_s
-        The delays the engine injects, for the record. [s], shape (n_trains, n_calls_max)
-    seed
-        Seed of those delays, for the record, of what fails at random and of what radio loses.
-    patience_s
-        The run ends this long after the last booked call, whoever is still under way. [s]
-    disruptions
-        What goes wrong beside the track.
-    radio
-        What a controller's commands go by if they go by radio.
-    unit_failures
-        What units and the centre do wrong. Only where there are any, even none, does a protection
-        see what units measure; otherwise it sees what is.
+    meters
+        What measures the run; the monitor of safety is always there.
+    units
+        What units measure where they may be wrong. Only with them, even if nothing is wrong, does a
+        protection see what units measure; otherwise it sees what is.
     progress
         Called with the simulated time now and then. [s]
 
@@ -76,86 +63,117 @@ def simulate(  # noqa: PLR0913 - one argument per part of a run
     Exception
         What the engine or a controller raises while no safety invariant was violated.
     """
-    protection, operation, drive = controller.protection, controller.operation, controller.drive
-    units = None
-    if unit_failures is not None:
-        radio, disruptions = (
-            silenced(radio, unit_failures),
-            disturbed(disruptions, world.line, unit_failures),
-        )
-        units = Units(world, unit_failures)
-    wayside = Wayside(world, disruptions, seed)
-    on_air = Radio(world, radio, seed) if controller.by_radio else None
-    tracker = Tracker(world, wayside, on_air, units)
-    monitor, energy, standing = (
-        Monitor(
+    loop = _Loop(run, controller, meters, units)
+    failure, left = "", tuple[Unfinished, ...]()
+    try:
+        ending = loop.to_the_end(engine, progress)
+    except Exception as error:
+        loop.recorder.flush()
+        # An engine may do anything with trains that have met; that they met must be told.
+        if not loop.monitor.violations():
+            raise
+        failure = f"ended at {loop.now_s:.1f} s: {sentence_of(error)}"
+    else:
+        loop.recorder.flush()
+        left = unfinished(run.world, ending)
+    finally:
+        progress(loop.now_s)
+    return loop.record(failure, left)
+
+
+class _Loop:
+    """Whoever takes part in a run, and how far it has come."""
+
+    def __init__(
+        self, run: Run, controller: Controller, meters: Sequence[Meter], units: Units | None
+    ) -> None:
+        world = run.world
+        self._run, self._meters = run, meters
+        self._layers = _Layers(controller)
+        self._wayside = Wayside(world, run.disruptions, run.seed)
+        on_air = Radio(world, run.radio, run.seed) if controller.by_radio else None
+        self._tracker = Tracker(world, self._wayside, on_air, units)
+        self.monitor = Monitor(
             world,
             controller.separation,
-            wayside.obstructions,
+            self._wayside.obstructions,
             by_radio=controller.by_radio,
             # What is promised holds as long as units do what they should; safety holds always.
-            promises=controller.promises if unit_failures is None else None,
-        ),
-        EnergyMeter(world),
-        StandstillWatch(world),
-    )
-    judges = () if controller.peer else (monitor,)
-    recorder = Recorder(world, controller, (*judges, energy, standing), wayside.places)
-    permitted, planned = protection.initial(), operation.initial()
-    last_booked_s = float(
-        np.max(world.booked_departure_s, initial=0.0, where=np.isfinite(world.booked_departure_s))
-    )
-    steps, now_s, failure = 0, float("nan"), ""
-    left: tuple[Unfinished, ...] = ()
-    try:
+            promises=controller.promises if units is None else None,
+        )
+        judges = () if controller.peer else (self.monitor,)
+        self.recorder = Recorder(world, controller, (*judges, *meters), self._wayside.places)
+        self.now_s = float("nan")
+
+    def to_the_end(self, engine: Engine, progress: Callable[[float], None]) -> Ending:
+        """Run until all trains have left, or patience is over; return the last moment."""
+        booked_s = self._run.world.booked_departure_s
+        last_booked_s = float(np.max(booked_s, initial=0.0, where=np.isfinite(booked_s)))
+        tracker, steps = self._tracker, 0
         while True:
             seen = engine.observe()
-            now_s = seen.time_s
+            self.now_s = seen.time_s
             state = tracker.update(seen)
-            monitor.note_collisions(seen.collided, now_s)
-            authority, permitted = protection.authorise(state, permitted)
-            if wayside.unsettled:
-                link = authority.link
-                wayside.settle(state, link.covered_m if link else authority.eoa_m)
-            advice, planned = operation.advise(state, authority, planned)
-            command = drive.command(state, authority, advice)
-            recorder.write(state, authority, advice, command)
-            if tracker.finished or now_s > last_booked_s + patience_s:
-                break
+            self.monitor.note_collisions(seen.collided, self.now_s)
+            authority, advice, command = self._layers.decide(state, self._wayside)
+            self.recorder.write(state, authority, advice, command)
+            if tracker.finished or self.now_s > last_booked_s + self._run.patience_s:
+                return Ending(state, authority, tracker.completed, self._run.disruptions)
             engine.apply(command.speed_mps)
             engine.advance()
             steps += 1
             if steps % REPORT_EVERY_STEPS == 0:
-                progress(now_s)
-    except Exception as error:
-        if steps:
-            progress(now_s)
-        recorder.flush()
-        # An engine may do anything with trains that have met; that they met must be told.
-        if not monitor.violations():
-            raise
-        failure = f"ended at {now_s:.1f} s: {sentence_of(error)}"
-    else:
-        recorder.flush()
-        progress(now_s)
-        left = unfinished(world, Ending(state, authority, tracker.completed, disruptions))
-    return RunRecord(
-        controller=controller.name,
-        seed=seed,
-        world=world,
-        dwell_delay_s=dwell_delay_s,
-        arrival_s=tracker.arrival_s,
-        departure_s=tracker.departure_s,
-        stop_error_m=tracker.stop_error_m,
-        trajectory=recorder.trajectory(),
-        standstills=standing.standstills(),
-        crawl_s=standing.crawl_s,
-        energy=energy.account(),
-        violations=monitor.violations(),
-        obstructions=wayside.obstructions(),
-        completed=tracker.completed,
-        train_steps=recorder.train_steps,
-        failure=failure,
-        unfinished=left,
-        end_s=now_s,
-    )
+                progress(self.now_s)
+
+    def record(self, failure: str, left: tuple[Unfinished, ...]) -> RunRecord:
+        """Return everything that happened."""
+        run, tracker = self._run, self._tracker
+        measured: dict[str, Any] = {}
+        for meter in self._meters:
+            measured |= meter.measured()
+        return RunRecord(
+            controller=self._layers.controller.name,
+            seed=run.seed,
+            world=run.world,
+            dwell_delay_s=run.dwell_delay_s,
+            arrival_s=tracker.arrival_s,
+            departure_s=tracker.departure_s,
+            stop_error_m=tracker.stop_error_m,
+            trajectory=self.recorder.trajectory(),
+            violations=self.monitor.violations(),
+            obstructions=self._wayside.obstructions(),
+            completed=tracker.completed,
+            train_steps=self.recorder.train_steps,
+            failure=failure,
+            unfinished=left,
+            end_s=self.now_s,
+            **measured,
+        )
+
+
+class _Layers:
+    """Protection, operation and drive, with what they remember."""
+
+    def __init__(self, controller: Controller) -> None:
+        self.controller = controller
+        self._permitted = controller.protection.initial()
+        self._planned = controller.operation.initial()
+        self._first = True
+
+    def decide(self, state: LineState, wayside: Wayside) -> tuple[Authority, Advice, Command]:
+        """Return what the layers make of a state."""
+        protection, operation = self.controller.protection, self.controller.operation
+        first = FirstStep(self.controller.name, state) if self._first else None
+        authority, self._permitted = protection.authorise(state, self._permitted)
+        if first:
+            first.look_at(protection, authority)
+        if wayside.unsettled:
+            wayside.settle(state, authority.link.covered_m)
+        advice, self._planned = operation.advise(state, authority, self._planned)
+        if first:
+            first.look_at(operation, advice)
+        command = self.controller.drive.command(state, authority, advice)
+        if first:
+            first.look_at(self.controller.drive, command)
+            self._first = False
+        return authority, advice, command

@@ -40,6 +40,7 @@ class Tracker:
         self._next_call = np.zeros(size, dtype=np.intp)
         self._stop_m = world.stop_m[:, 0].copy()
         self._last_arrival_s = np.full(size, np.nan)
+        self._calls_version = self._grants = 0
         self._ready: list[int] = []
         self._unfinished = size
         self._fastest_mps = max(kind.maximum_speed_mps for kind in world.train_types)
@@ -73,25 +74,14 @@ class Tracker:
         departed = self._departures(seen) if self._ready else ()
         rows = self._clearings(seen.time_s, tail_m)
         events = NO_EVENTS
-        if (
-            departed
-            or rows is not None
-            or seen.entered
-            or seen.stopped
-            or seen.released
-            or seen.left
-        ):
+        happened = departed or seen.entered or seen.stopped or seen.released or seen.left
+        if happened or rows is not None:
             events = self._take_events(seen, departed, rows)
         trains = seen.front_m, tail_m, seen.speed_mps
         signalled = self._wayside.update(seen.time_s, trains, self._present, events)
         if events or signalled:
             events = events._replace(signalled=signalled)
-            known, granted_to_m = self._wayside.state, self._leaders.granted_to_m
-            self._granted_m = np.minimum(granted_to_m, known.obstructed_m)
-            obstructed_by = beside(known.obstructed_by)
-            self._granted_by = np.where(
-                known.obstructed_m < granted_to_m, obstructed_by, self._leaders.granted_by
-            )
+            self._grant()
             clear_to_m = self._leaders.tails_and_clearance_m(seen.front_m, self._granted_m)[1]
         return LineState(
             seen.time_s,
@@ -110,8 +100,21 @@ class Tracker:
             self._last_arrival_s,
             events,
             self._wayside.state,
+            self._calls_version,
+            # Both only rise, so their sum is another one whenever either is.
+            self._grants + self._wayside.version,
             self._radio.update(seen.time_s, self._present) if self._radio else None,
             self._units.update(seen.time_s, seen.front_m, seen.speed_mps) if self._units else None,
+        )
+
+    def _grant(self) -> None:
+        """Work out how far points and obstructions let each train go."""
+        self._grants += 1
+        known, granted_to_m = self._wayside.state, self._leaders.granted_to_m
+        self._granted_m = np.minimum(granted_to_m, known.obstructed_m)
+        obstructed_by = beside(known.obstructed_by)
+        self._granted_by = np.where(
+            known.obstructed_m < granted_to_m, obstructed_by, self._leaders.granted_by
         )
 
     def _clearings(self, time_s: float, tail_m: FloatArray) -> IntArray | None:
@@ -135,6 +138,7 @@ class Tracker:
         self, seen: Observation, departed: tuple[int, ...], cleared: IntArray | None
     ) -> Events:
         # Fresh copies: the arrays of earlier states must not change under their readers.
+        self._calls_version += 1
         self._present = self._present.copy()
         self._running = self._running.copy()
         self._next_call = self._next_call.copy()
@@ -165,14 +169,7 @@ class Tracker:
             self._present[row] = self._running[row] = False
             self.completed[row] = True
             self._unfinished -= 1
-        if cleared is not None:
-            self._leaders.clear(cleared)
-        self._no_clearing_before_s = -np.inf
-        for row in seen.left:
-            self._leaders.leave(row)
-        self._leader = self._leaders.leader.copy()
-        self._follows = self._leaders.follows.copy()
-        self._next_clear_m = self._leaders.next_clear_m.copy()
+        self._find_leaders(seen.left, cleared)
         return Events(
             seen.entered,
             seen.stopped,
@@ -181,3 +178,14 @@ class Tracker:
             () if cleared is None else tuple(cleared.tolist()),
             seen.left,
         )
+
+    def _find_leaders(self, left: tuple[int, ...], cleared: IntArray | None) -> None:
+        """Let those who have cleared a section or left the line lead nobody there any more."""
+        if cleared is not None:
+            self._leaders.clear(cleared)
+        self._no_clearing_before_s = -np.inf
+        for row in left:
+            self._leaders.leave(row)
+        self._leader = self._leaders.leader.copy()
+        self._follows = self._leaders.follows.copy()
+        self._next_clear_m = self._leaders.next_clear_m.copy()

@@ -1,10 +1,11 @@
 """Energy: traction, braking, regeneration and auxiliaries, closed by a work-energy balance."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.motion.electric_brake import electric_brake_n
-from kankaku.railway.plan.profile import at_each
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.records import EnergyAccount
 from kankaku.railway.step.step_block import StepBlock
@@ -27,12 +28,6 @@ class EnergyMeter:
     def __init__(self, world: World) -> None:
         self._world = world
         self._sums = {name: np.zeros(world.size) for name in MEASURED}
-        profile = world.profile
-        self._drag = profile.drag_mps2.ravel()
-        self._curve_drag = profile.curve_drag_mps2.ravel()
-        travelled = profile.grid_m - profile.origin_m
-        service = np.array([kind.service_brake_mps2 for kind in world.train_types])
-        self._height = (profile.potential_m2ps2 - service[:, np.newaxis] * travelled).ravel()
         self._inertia_kg = world.of_type("inertial_mass_kg")
         kinds = [world.train_types[row] for row in world.type_index]
         self._resistance = np.array(
@@ -69,10 +64,10 @@ class EnergyMeter:
         mean_mps = 0.5 * (before + after)
         distance_m = np.where(block.moving, np.diff(block.front_m, axis=0), 0.0)
         middle_m = block.front_m[:-1] + 0.5 * distance_m
-        row_start = self._world.row_start[rows]
-        drag_n = inertia_kg * at_each(self._drag, middle_m, row_start)
-        curves_n = inertia_kg * at_each(self._curve_drag, middle_m, row_start)
-        rise_m2ps2 = np.diff(at_each(self._height, block.front_m, row_start), axis=0)
+        profile, kinds = self._world.profile, self._world.type_index[rows]
+        drag_n = inertia_kg * profile.drag_at_mps2(kinds, middle_m)
+        curves_n = inertia_kg * profile.curve_drag_at_mps2(kinds, middle_m)
+        rise_m2ps2 = np.diff(profile.lift_at_m2ps2(kinds, block.front_m), axis=0)
         rolling_n = self._rolling_n(mean_mps, rows)
         inertia_n = inertia_kg * (after - before) / self._world.step_s
         work_j = (inertia_n + drag_n + rolling_n) * distance_m
@@ -89,6 +84,17 @@ class EnergyMeter:
         }
         for name, values in added.items():
             self._sums[name][rows] += values.sum(axis=0)
+
+    def measured(self) -> Mapping[str, EnergyAccount]:
+        """
+        Return what was measured.
+
+        Returns
+        -------
+        Mapping[str, EnergyAccount]
+            By field of :class:`~kankaku.railway.step.records.RunRecord`.
+        """
+        return {"energy": self.account()}
 
     def account(self) -> EnergyAccount:
         """

@@ -1,5 +1,7 @@
 """Inter-station stops and crawling, found in every step that was recorded."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray
@@ -46,6 +48,17 @@ class StandstillWatch:
         self.crawl_s[block.rows] += outside.sum(axis=0) * self._world.step_s
         standing = slow & (block.speed_mps[:-1] <= STANDING_MPS) & ~self._at_stop(block)
         self._intervals(block, standing)
+
+    def measured(self) -> Mapping[str, Standstills | FloatArray]:
+        """
+        Return what was measured.
+
+        Returns
+        -------
+        Mapping[str, Standstills | FloatArray]
+            By field of :class:`~kankaku.railway.step.records.RunRecord`.
+        """
+        return {"standstills": self.standstills(), "crawl_s": self.crawl_s}
 
     def standstills(self) -> Standstills:
         """

@@ -5,26 +5,35 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.compiled import compiled
-from kankaku.railway.plan.profile import Profile, at
+from kankaku.railway.compiled import compiled, interpolated
+from kankaku.railway.plan.profile import Profile
 from kankaku.railway.plan.world import World
 
 CELLS_PER_MPS = 100.0
+"""How finely speeds are tabulated; a table says of itself how finely it is. [s/m]"""
 
 
-class Pull(NamedTuple):
-    """Traction and drag, tabulated for one length of step."""
+class TractionTable(NamedTuple):
+    """
+    Traction and drag, tabulated for one length of step.
 
-    gain: FloatArray
-    """Speed gained in a step on the level, by speed. [m/s], flattened by train type"""
-    speed_row: FloatArray
-    """For each train the place of speed 0 in it. [-], shape (n_trains,)"""
-    drag: FloatArray
+    The functions of this module read it, and nobody else.
+    """
+
+    gain_mps: FloatArray
+    """Speed gained in a step on the level, by speed, one train type after the other. [m/s]"""
+    first_cell: FloatArray
+    """For each train the cell of speed 0 in it, and half a cell. [-], shape (n_trains,)"""
+    cells_per_mps: float
+    """Cells of the gain to 1 m/s. [s/m]"""
+    drag_mps: FloatArray
     """Speed taken in a step by gradient and curves. [m/s], shape (n_types * n_grid,)"""
+    row_start: FloatArray
+    """Place of chainage 0 in it for each train. [-], shape (n_trains,)"""
     step_s: float
 
 
-def pull_of(world: World, profile: Profile, step_s: float) -> Pull:
+def traction_table(world: World, profile: Profile, step_s: float) -> TractionTable:
     """
     Tabulate traction and drag.
 
@@ -39,31 +48,37 @@ def pull_of(world: World, profile: Profile, step_s: float) -> Pull:
 
     Returns
     -------
-    Pull
-        The tables; ``CELLS_PER_MPS`` cells of the gain to 1 m/s.
+    TractionTable
+        The table.
     """
+    cells_per_mps = CELLS_PER_MPS
     fastest = max(kind.maximum_speed_mps for kind in world.train_types)
-    cells = int(np.ceil(1.5 * fastest * CELLS_PER_MPS)) + 2
-    start = np.arange(cells) / CELLS_PER_MPS
+    cells = int(np.ceil(1.5 * fastest * cells_per_mps)) + 2
+    start = np.arange(cells) / cells_per_mps
     gains = []
     for kind in world.train_types:
         # The midpoint rule: the acceleration half a step on is that of the whole step.
         half_way = start + 0.5 * step_s * kind.level_acceleration_mps2(start)
         gains.append(step_s * kind.level_acceleration_mps2(np.maximum(half_way, 0.0)))
-    speed_row = world.type_index.astype(np.float64) * cells + 0.5
-    drag = step_s * profile.drag_mps2.ravel()
-    return Pull(np.concatenate(gains), speed_row, drag, step_s)
+    return TractionTable(
+        np.concatenate(gains),
+        world.type_index.astype(np.float64) * cells + 0.5,
+        cells_per_mps,
+        step_s * profile.drags_mps2,
+        profile.row_starts(world.type_index),
+        step_s,
+    )
 
 
 @compiled
-def level_gain_mps(pull: Pull, train: int, speed_mps: float) -> float:
+def level_gain_mps(table: TractionTable, train: int, speed_mps: float) -> float:
     """
     Return the speed gained in a step of full traction on the level.
 
     Parameters
     ----------
-    pull
-        From :func:`pull_of`.
+    table
+        From :func:`traction_table`.
     train
         Row of the train.
     speed_mps
@@ -74,31 +89,31 @@ def level_gain_mps(pull: Pull, train: int, speed_mps: float) -> float:
     float
         The gain. [m/s]
     """
-    return float(pull.gain[int(speed_mps * CELLS_PER_MPS + pull.speed_row[train])])
+    return float(table.gain_mps[int(speed_mps * table.cells_per_mps + table.first_cell[train])])
 
 
 @compiled
-def pulled_mps(pull: Pull, train: int, place: float, speed_mps: float) -> float:
+def pulled_mps(table: TractionTable, train: int, front_m: float, speed_mps: float) -> float:
     """
     Return the speed after a step of full traction.
 
     Parameters
     ----------
-    pull
-        From :func:`pull_of`.
+    table
+        From :func:`traction_table`.
     train
         Row of the train.
-    place
-        Chainage plus the train's :meth:`kankaku.railway.plan.profile.Profile.row_starts`. [m]
+    front_m
+        Front at the start of the step. [m]
     speed_mps
-        Speed at the start of the step. [m/s]
+        Speed there. [m/s]
 
     Returns
     -------
     float
         Below 0 where the train would roll back. [m/s]
     """
-    gain_mps = level_gain_mps(pull, train, speed_mps)
+    gain_mps = level_gain_mps(table, train, speed_mps)
     # As with the brake, the gradient of mid-step is that of the whole step.
-    middle = place + 0.5 * speed_mps * pull.step_s
-    return speed_mps + gain_mps - at(pull.drag, middle)
+    middle = front_m + table.row_start[train] + 0.5 * speed_mps * table.step_s
+    return float(speed_mps + gain_mps - interpolated(table.drag_mps, middle))

@@ -15,13 +15,13 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import compiled, interpolated
+from kankaku.railway.plan.brake_table import SPACING_M, BrakeTable
 from kankaku.railway.plan.buffers import Buffers
+from kankaku.railway.plan.limit_table import LimitTable
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.rolling_stock import TrainType
 
-SPACING_M = 1.0
-"""One metre, so that a chainage is an index. [m]"""
 NO_BUFFERS = Buffers()
 RUN_OUT_M = 2500.0
 """Level track assumed beyond both ends, longer than any brake curve. [m]"""
@@ -59,6 +59,8 @@ class Profile:
     """Deceleration by gradient and curves, mean over the train. [m/s2]"""
     curve_drag_mps2: FloatArray
     """The curves' part of it. [m/s2]"""
+    brakes_mps2: FloatArray
+    """Service brake on the level. [m/s2], shape (n_types,)"""
     permitted_m2ps2: FloatArray | None = None
     """Half the square of what protection permits at the grid, if it is less. [m2/s2]"""
 
@@ -97,9 +99,44 @@ class Profile:
         potential = np.interp(front_m, self.grid_m, self.potential_m2ps2[row])
         return _ceiling_m2ps2(self.limits[row], front_m, potential)
 
+    def braking(self, type_index: IntArray) -> BrakeTable:
+        """
+        Return the brake potential for compiled functions.
+
+        Parameters
+        ----------
+        type_index
+            Row of each train's type. [-], shape (n_trains,)
+
+        Returns
+        -------
+        BrakeTable
+            For these trains.
+        """
+        service_mps2 = self.brakes_mps2[type_index]
+        return BrakeTable(self._braking_v2_m2ps2, self.row_starts(type_index), service_mps2)
+
+    @cached_property
+    def limit_table(self) -> LimitTable:
+        """The limits in force, for compiled functions."""
+        columns, starts, firsts, pieces = self.grid_m.size, [], [], 0
+        for row, limits in enumerate(self.limits):
+            starts.append(limits.start_m - self.origin_m + float(row * columns))
+            first = np.searchsorted(limits.start_m[:-1], self.grid_m, side="right") - 1
+            firsts.append(first + pieces)
+            pieces += limits.start_m.size
+        return LimitTable(
+            np.concatenate(starts),
+            np.concatenate([limits.limit_mps for limits in self.limits]),
+            2.0 * np.concatenate([limits.lowest_m2ps2 for limits in self.limits]),
+            np.concatenate(firsts),
+        )
+
     def row_starts(self, type_index: IntArray) -> FloatArray:
         """
-        Return what turns a chainage into a place in the flattened tables.
+        Return what turns a chainage into a place in a table of all types, one after the other.
+
+        For the makers of such tables only; their readers hide it.
 
         Parameters
         ----------
@@ -109,88 +146,94 @@ class Profile:
         Returns
         -------
         FloatArray
-            Offset into the flattened tables, origin included. [-], shape (n_trains,)
+            Offset into the table, origin included. [-], shape (n_trains,)
         """
         columns = self.potential_m2ps2.shape[1]
         starts: FloatArray = type_index.astype(np.float64) * columns - self.origin_m
         return starts
 
+    def drag_at_mps2(self, type_index: IntArray, chainage_m: FloatArray) -> FloatArray:
+        """
+        Return what gradient and curves take from trains at some places.
+
+        Parameters
+        ----------
+        type_index
+            Row of each train's type. [-], shape (n_trains,)
+        chainage_m
+            Fronts, within the tables. [m], shape (..., n_trains)
+
+        Returns
+        -------
+        FloatArray
+            Decelerations. [m/s2], same shape
+        """
+        return _each(self.drags_mps2, chainage_m, self.row_starts(type_index))
+
+    def curve_drag_at_mps2(self, type_index: IntArray, chainage_m: FloatArray) -> FloatArray:
+        """
+        Return what curves take from trains at some places.
+
+        Parameters
+        ----------
+        type_index
+            Row of each train's type. [-], shape (n_trains,)
+        chainage_m
+            Fronts, within the tables. [m], shape (..., n_trains)
+
+        Returns
+        -------
+        FloatArray
+            Decelerations. [m/s2], same shape
+        """
+        return _each(self._curve_drags_mps2, chainage_m, self.row_starts(type_index))
+
+    def lift_at_m2ps2(self, type_index: IntArray, chainage_m: FloatArray) -> FloatArray:
+        """
+        Return the potential energy of trains at some places.
+
+        Parameters
+        ----------
+        type_index
+            Row of each train's type. [-], shape (n_trains,)
+        chainage_m
+            Fronts, within the tables. [m], shape (..., n_trains)
+
+        Returns
+        -------
+        FloatArray
+            By inertial mass, from any height on. [m2/s2], same shape
+        """
+        return _each(self._lifts_m2ps2, chainage_m, self.row_starts(type_index))
+
+    @cached_property
+    def _braking_v2_m2ps2(self) -> FloatArray:
+        return 2.0 * self.potential_m2ps2.ravel()
+
+    @cached_property
+    def drags_mps2(self) -> FloatArray:
+        """:attr:`drag_mps2`, one train type after the other. [m/s2], shape (n_types * n_grid,)"""
+        return self.drag_mps2.ravel()
+
+    @cached_property
+    def _curve_drags_mps2(self) -> FloatArray:
+        return self.curve_drag_mps2.ravel()
+
+    @cached_property
+    def _lifts_m2ps2(self) -> FloatArray:
+        braked = self.brakes_mps2[:, np.newaxis] * (self.grid_m - self.origin_m)
+        lifts: FloatArray = (self.potential_m2ps2 - braked).ravel()
+        return lifts
+
 
 @compiled
-def at(table: FloatArray, place: float) -> float:
-    """
-    Interpolate in a flattened table.
-
-    Parameters
-    ----------
-    table
-        Ravelled table of a profile. shape (n_types * n_grid,)
-    place
-        Chainage plus the train's :meth:`Profile.row_starts`. [m]
-
-    Returns
-    -------
-    float
-        The value there.
-    """
-    cell = int(place)
-    part = place - cell
-    value: float = table[cell] + part * (table[cell + 1] - table[cell])
-    return value
-
-
-@compiled
-def braking_loss_mps(square: FloatArray, place: float, speed_mps: float, step_s: float) -> float:
-    """
-    Return the speed that the service brake takes in a step under gravity.
-
-    Parameters
-    ----------
-    square
-        Ravelled table of twice the brake potential. [m2/s2], shape (n_types * n_grid,)
-    place
-        Chainage plus the train's :meth:`Profile.row_starts`. [m]
-    speed_mps
-        Speed at the start of the step. [m/s]
-    step_s
-        Length of the step. [s]
-
-    Returns
-    -------
-    float
-        Speed lost. [m/s]
-    """
-    # Half the rise of the squares over a metre is the brake rate; that of mid-step keeps
-    # the train on its curve where the gradient changes.
-    middle = place + 0.5 * speed_mps * step_s
-    rise = at(square, middle + 0.5 * SPACING_M) - at(square, middle - 0.5 * SPACING_M)
-    return 0.5 * step_s / SPACING_M * rise
-
-
-@compiled
-def at_each(table: FloatArray, chainage_m: FloatArray, row_start: FloatArray) -> FloatArray:
-    """
-    Interpolate in a flattened table for every train.
-
-    Parameters
-    ----------
-    table
-        Ravelled table of a profile. shape (n_types * n_grid,)
-    chainage_m
-        Where, within the tables. [m], shape (..., n_trains)
-    row_start
-        From :meth:`Profile.row_starts`. shape (n_trains,)
-
-    Returns
-    -------
-    FloatArray
-        The values, same shape as ``chainage_m``.
-    """
+def _each(table: FloatArray, chainage_m: FloatArray, row_start: FloatArray) -> FloatArray:
+    """Interpolate for every train; chainages of shape (..., n_trains)."""
     places = chainage_m + row_start
     values = np.empty_like(places)
     flat_places, flat_values = places.ravel(), values.ravel()
     for index in range(flat_places.size):
-        flat_values[index] = at(table, flat_places[index])
+        flat_values[index] = interpolated(table, flat_places[index])
     return flat_values.reshape(places.shape)
 
 
@@ -284,4 +327,5 @@ def build_profile(
         tuple(limits),
         np.array(drags),
         np.array(curve_drags),
+        np.array([train.service_brake_mps2 for train in train_types]),
     )

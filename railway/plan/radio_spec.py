@@ -3,8 +3,16 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from kankaku.railway.arrays import FloatArray, IntArray
+
 TOLERANCE_S = 1e-6
 """Sums of steps come this close to the times that they stand for. [s]"""
+NEVER = -(2**62)
+"""Stands for the cycle of a message that has never come: before all cycles."""
+FOREVER = 2**62
+"""After all cycles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +53,9 @@ class RadioSpec:
         cycles = max(math.ceil(self.delay_most_s / self.cycle_s - 0.5), 0)
         return (cycles + 1.5) * self.cycle_s + self.delay_most_s
 
-    def last_report_s(self, time_s: float) -> float:
+    def report_cycle(self, time_s: float) -> int:
         """
-        Return when trains have reported last: at multiples of the cycle.
+        Return the number of the cycle in which trains have reported last.
 
         Parameters
         ----------
@@ -56,14 +64,14 @@ class RadioSpec:
 
         Returns
         -------
-        float
-            The same number for all who ask within a cycle. [s]
+        int
+            They report at multiples of the cycle.
         """
-        return math.floor((time_s + TOLERANCE_S) / self.cycle_s) * self.cycle_s
+        return math.floor((time_s + TOLERANCE_S) / self.cycle_s)
 
-    def last_telegram_s(self, time_s: float) -> float:
+    def telegram_cycle(self, time_s: float) -> int:
         """
-        Return when the centre has sent commands last: half a cycle after the reports.
+        Return the number of the cycle in which the centre has sent commands last.
 
         Parameters
         ----------
@@ -72,11 +80,74 @@ class RadioSpec:
 
         Returns
         -------
-        float
-            The same number for all who ask within a cycle. [s]
+        int
+            It sends them half a cycle after the reports.
         """
-        half_s = 0.5 * self.cycle_s
-        return self.last_report_s(time_s - half_s) + half_s
+        return self.report_cycle(time_s - 0.5 * self.cycle_s)
+
+    def report_s(self, cycle: int) -> float:
+        """
+        Return when the reports of a cycle are made.
+
+        Parameters
+        ----------
+        cycle
+            Its number.
+
+        Returns
+        -------
+        float
+            [s]
+        """
+        return cycle * self.cycle_s
+
+    def telegram_s(self, cycle: int) -> float:
+        """
+        Return when the telegrams of a cycle are sent.
+
+        Parameters
+        ----------
+        cycle
+            Its number.
+
+        Returns
+        -------
+        float
+            [s]
+        """
+        return cycle * self.cycle_s + 0.5 * self.cycle_s
+
+    def reports_s(self, cycles: IntArray) -> FloatArray:
+        """
+        Return when the reports of some cycles are made.
+
+        Parameters
+        ----------
+        cycles
+            Their numbers, or ``NEVER``. shape (n,)
+
+        Returns
+        -------
+        FloatArray
+            -inf for never. [s], shape (n,)
+        """
+        return np.where(cycles == NEVER, -np.inf, cycles * self.cycle_s)
+
+    def telegrams_s(self, cycles: IntArray) -> FloatArray:
+        """
+        Return when the telegrams of some cycles are sent.
+
+        Parameters
+        ----------
+        cycles
+            Their numbers, or ``NEVER``. shape (n,)
+
+        Returns
+        -------
+        FloatArray
+            -inf for never. [s], shape (n,)
+        """
+        return np.where(cycles == NEVER, -np.inf, cycles * self.cycle_s + 0.5 * self.cycle_s)
 
 
 LOSSLESS = RadioSpec()

@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.plan.brake_table import BrakeTable
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.profile import Profile, build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
@@ -32,7 +34,6 @@ class World:
     step_s: float
     type_index: IntArray
     length_m: FloatArray
-    row_start: FloatArray
     call_count: IntArray
     stop_m: FloatArray
     call_track: IntArray
@@ -49,6 +50,11 @@ class World:
     def size(self) -> int:
         """Number of trains."""
         return self.type_index.size
+
+    @cached_property
+    def braking(self) -> BrakeTable:
+        """Twice the brake potential, as every train meets it."""
+        return self.profile.braking(self.type_index)
 
     @property
     def last_stop_m(self) -> FloatArray:
@@ -156,7 +162,6 @@ def build_world(
         step_s=step_s,
         type_index=type_index,
         length_m=np.array([kinds[row].length_m for row in type_index]),
-        row_start=profile.row_starts(type_index),
         call_count=np.array([len(service.calls) for service in services], dtype=np.intp),
         stop_m=stop_m,
         call_track=call_track,

@@ -11,7 +11,7 @@ import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.plan.radio_spec import TOLERANCE_S, RadioSpec
+from kankaku.railway.plan.radio_spec import NEVER, TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
 from kankaku.railway.randomness import stream
 from kankaku.railway.step.state import RadioState
@@ -52,13 +52,15 @@ class Radio:
         spec, now_s = self._spec, time_s + TOLERANCE_S
         arrived = self._down.deliver(now_s, present)
         if now_s >= self._next_report_s:
-            made_s = spec.last_report_s(time_s)
-            said_s = np.stack((np.full(present.size, made_s), *self._down.newest_s))
-            self._up.send(made_s, said_s, present)
+            cycle = spec.report_cycle(time_s)
+            made_s = spec.report_s(cycle)
+            said = np.stack((np.full(present.size, cycle), *self._down.newest))
+            self._up.send(cycle, made_s, said, present)
             self._next_report_s = made_s + spec.cycle_s
         if now_s >= self._next_telegram_s:
-            sent_s = spec.last_telegram_s(time_s)
-            self._down.send(sent_s, np.full((1, present.size), sent_s), present)
+            cycle = spec.telegram_cycle(time_s)
+            sent_s = spec.telegram_s(cycle)
+            self._down.send(cycle, sent_s, np.full((1, present.size), cycle), present)
             self._next_telegram_s = sent_s + spec.cycle_s
         # What takes no time at all is there at once.
         arrived |= self._down.deliver(now_s, present)
@@ -77,9 +79,17 @@ class Radio:
         return self._state
 
     def _known(self) -> RadioState:
-        (heard_s,) = self._down.newest_s
-        reported_s, acknowledged_s = self._up.newest_s
-        return RadioState(reported_s, heard_s, acknowledged_s)
+        (heard,), (reported, acknowledged) = self._down.newest, self._up.newest
+        return RadioState(
+            reported,
+            heard,
+            acknowledged,
+            self._spec.reports_s(reported),
+            self._spec.telegrams_s(heard),
+            self._spec.telegrams_s(acknowledged),
+            self._up.version,
+            self._down.version,
+        )
 
 
 class _Direction:
@@ -100,16 +110,17 @@ class _Direction:
         # A message's place is taken again when it has long arrived.
         slots = math.ceil(spec.delay_most_s / spec.cycle_s) + 2
         self._arrival_s = np.full((slots, size), np.inf)
-        self._said_s = np.full((slots, carried, size), -np.inf)
-        self._newest_s = np.full((carried, size), -np.inf)
-        self.newest_s: tuple[FloatArray, ...] = tuple(self._newest_s)
-        """The newest of each kind that has arrived. [s], shape (n_trains,) each"""
+        self._said = np.full((slots, carried, size), NEVER)
+        self._newest = np.full((carried, size), NEVER)
+        self.newest: tuple[IntArray, ...] = tuple(self._newest)
+        """Cycle of the newest of each kind that has arrived. shape (n_trains,) each"""
+        self.version = 0
+        """Another one when something else has arrived."""
         self.next_arrival_s = np.inf
         """When the first message arrives of those under way. [s]"""
 
-    def send(self, sent_s: float, said_s: FloatArray, present: BoolArray) -> None:
-        """Send one message per train; ``said_s`` of shape (carried, n_trains) never falls."""
-        cycle = math.floor((sent_s + TOLERANCE_S) / self._spec.cycle_s)
+    def send(self, cycle: int, sent_s: float, said: IntArray, present: BoolArray) -> None:
+        """Send one message per train; ``said`` of shape (carried, n_trains) never falls."""
         lost, delay_s = self._draws.of_cycle(cycle)
         sent = present & ~lost
         for outage, concerned in self._outages:
@@ -117,18 +128,17 @@ class _Direction:
                 sent &= ~concerned
         slot = cycle % self._arrival_s.shape[0]
         self._arrival_s[slot] = np.where(sent, sent_s + delay_s, np.inf)
-        self._said_s[slot] = said_s
+        self._said[slot] = said
         self.next_arrival_s = min(self.next_arrival_s, float(self._arrival_s[slot].min()))
 
     def deliver(self, now_s: float, present: BoolArray) -> bool:
         """Let those messages arrive to present trains that are due; return whether any was."""
         if now_s < self.next_arrival_s:
             return False
-        self._newest_s = self._newest_s.copy()
-        self.next_arrival_s = _deliver(
-            now_s, present, self._arrival_s, self._said_s, self._newest_s
-        )
-        self.newest_s = tuple(self._newest_s)
+        self._newest = self._newest.copy()
+        self.next_arrival_s = _deliver(now_s, present, self._arrival_s, self._said, self._newest)
+        self.newest = tuple(self._newest)
+        self.version += 1
         return True
 
 
@@ -202,10 +212,10 @@ def _deliver(
     now_s: float,
     present: BoolArray,
     arrival_s: FloatArray,
-    said_s: FloatArray,
-    known_s: FloatArray,
+    said: IntArray,
+    newest: IntArray,
 ) -> float:
-    """Raise ``known_s`` by what has arrived, and return when the next message arrives."""
+    """Raise ``newest`` by what has arrived, and return when the next message arrives."""
     next_s = np.inf
     for slot in range(arrival_s.shape[0]):
         for train in range(present.size):
@@ -215,6 +225,6 @@ def _deliver(
                 continue
             arrival_s[slot, train] = np.inf
             if present[train]:
-                for kind in range(known_s.shape[0]):
-                    known_s[kind, train] = max(known_s[kind, train], said_s[slot, kind, train])
+                for kind in range(newest.shape[0]):
+                    newest[kind, train] = max(newest[kind, train], said[slot, kind, train])
     return next_s

@@ -17,6 +17,7 @@ from kankaku.railway.safety.heights import heights_of, mean_height_m
 from kankaku.railway.safety.intrusion import Intrusions
 from kankaku.railway.safety.permissions import PERMISSION_KINDS, Permissions
 from kankaku.railway.safety.positions import (
+    Trains,
     lower_on,
     nearest_on_track,
     raise_to_depth,
@@ -252,10 +253,8 @@ class Monitor:
             if columns.size > 1:
                 place = self._world.line.track_by_id[track]
                 nearest_on_track(
-                    block.front_m,
-                    self._world.length_m[block.rows],
+                    Trains(block.front_m, self._world.length_m[block.rows], present),
                     rear_m,
-                    present,
                     columns,
                     (place.start_m, place.end_m),
                     nearest_m,

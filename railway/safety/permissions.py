@@ -12,7 +12,13 @@ import numpy as np
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.plan.disruptions import SUDDEN, Cause
 from kankaku.railway.plan.world import World
-from kankaku.railway.safety.positions import lower_to_platforms, nearest_unreleased, reach_m
+from kankaku.railway.safety.positions import (
+    Circuits,
+    Trains,
+    lower_to_platforms,
+    nearest_unreleased,
+    reach_m,
+)
 from kankaku.railway.safety.proofs import ENTERED_M, Proofs
 from kankaku.railway.step.control import Separation, exclusive_pieces
 from kankaku.railway.step.obstructions import Obstruction
@@ -178,14 +184,14 @@ class Permissions:
         nearest_m = np.full(block.present.shape, np.inf)
         nearest_unreleased(
             block.time_s,
-            block.front_m,
-            self._world.length_m[block.rows],
-            block.present,
-            self._uses[block.rows],
-            self._circuit_ends_m,
-            self._hold_m,
-            self._world.line.release_delay_s - ROUNDING_S,
-            self._touched_s,
+            Trains(block.front_m, self._world.length_m[block.rows], block.present),
+            Circuits(
+                self._circuit_ends_m,
+                self._hold_m,
+                self._uses[block.rows],
+                self._world.line.release_delay_s - ROUNDING_S,
+                self._touched_s,
+            ),
             nearest_m,
         )
         return nearest_m

@@ -1,22 +1,47 @@
 """Compiled loops of the monitor: who is ahead of whom, who is inside what, step by step."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
 
 
+class Trains(NamedTuple):
+    """Trains of a block of steps; arrays of shape (n_steps, n_columns)."""
+
+    front_m: FloatArray
+    length_m: FloatArray
+    """Shape (n_columns,). [m]"""
+    present: BoolArray
+
+
+class Circuits(NamedTuple):
+    """Track circuits; arrays of shape (n_circuits,)."""
+
+    ends_m: FloatArray
+    """Start and end. [m], shape (n_circuits, 2)"""
+    hold_m: FloatArray
+    """Where trains are held that may not enter. [m]"""
+    uses: BoolArray
+    """The train's route passes the circuit. shape (n_columns, n_circuits)"""
+    release_s: float
+    """So long after the last touch a circuit is released. [s]"""
+    touched_s: FloatArray
+    """Written: when each circuit was touched last. [s]"""
+
+
 @compiled
-def nearest_on_track(  # noqa: PLR0917 - compiled functions take plain arrays
-    front_m: FloatArray,
-    length_m: FloatArray,
+def nearest_on_track(
+    trains: Trains,
     rear_m: FloatArray,
-    present: BoolArray,
     columns: IntArray,
     ends_m: tuple[float, float],
     nearest_m: FloatArray,
 ) -> None:
     """Lower ``nearest_m`` to the nearest rear ahead on one track, step by step."""
+    front_m, length_m, present = trains
     start_m, end_m = ends_m
     order = columns.copy()
     for step in range(front_m.shape[0]):
@@ -119,23 +144,16 @@ def lower_on(
 
 
 @compiled
-def nearest_unreleased(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
-    time_s: FloatArray,
-    front_m: FloatArray,
-    length_m: FloatArray,
-    present: BoolArray,
-    uses: BoolArray,
-    ends_m: FloatArray,
-    hold_m: FloatArray,
-    release_s: float,
-    touched_s: FloatArray,
-    nearest_m: FloatArray,
+def nearest_unreleased(
+    time_s: FloatArray, trains: Trains, circuits: Circuits, nearest_m: FloatArray
 ) -> None:
     """
     Lower ``nearest_m`` to the first track circuit ahead that is occupied or not released yet.
 
     A front counts as before the circuit that it stands in if another train is further on in it.
     """
+    front_m, length_m, present = trains
+    ends_m, hold_m, uses, release_s, touched_s = circuits
     for step in range(present.shape[0]):
         for circuit in range(ends_m.shape[0]):
             start_m, end_m = ends_m[circuit]

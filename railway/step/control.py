@@ -103,7 +103,7 @@ class Foresight(Protocol):
         leader_speed_mps: FloatArray,
     ) -> FloatArray:
         """
-        Return the limits of a train on the way to a call, by places and speeds of its leader.
+        Return how far a train on the way to a call may go, by places and speeds of its leader.
 
         A protection that plans the train's run may permit less, as far as it is planned.
 
@@ -113,9 +113,9 @@ class Foresight(Protocol):
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
         """
-        Return the speed that is permitted to a front under a limit that stays.
+        Return the speed that is permitted to a front before an end of authority that stays.
 
-        Places and limits are [m], the speeds [m/s], all of shape (n_places,).
+        Places and ends are [m], the speeds [m/s], all of shape (n_places,).
         """
         ...
 

@@ -149,7 +149,7 @@ class Reasons:
             state.running,
             command.bound,
             (authority.eoa_by, authority.ceiling_by),
-            (advice.reason, self._nothing if advice.cause is None else advice.cause),
+            (advice.reason, advice.cause),
             REASON_OF_BOUND,
         )
         least, most = self._causes

@@ -3,7 +3,10 @@
 from enum import IntEnum
 from typing import NamedTuple, TypeVar
 
+import numpy as np
+
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import Plain
 from kankaku.railway.step.obstructions import WaysideState
 
 
@@ -49,6 +52,10 @@ def beside(column: Column) -> Column:
     return NOTHING - 1 - column
 
 
+NO_VERSION = -1
+"""Of nothing that ever was: whoever has made nothing yet remembers this."""
+
+
 class Events(NamedTuple):
     """Rows of the trains to which something happened since the last step."""
 
@@ -68,14 +75,29 @@ class Events(NamedTuple):
 
 
 class RadioState(NamedTuple):
-    """What has arrived by now; arrays of shape (n_trains,), -inf for never."""
+    """
+    What has arrived by now; arrays of shape (n_trains,).
 
+    Messages go by the numbers of their cycles, which are never rounded; ``NEVER`` where nothing has
+    arrived. The times are the same in seconds, -inf for never.
+    """
+
+    reported: IntArray
+    """Cycle of the last report that the centre has."""
+    heard: IntArray
+    """Cycle of the last commands that the train has."""
+    acknowledged: IntArray
+    """The centre knows that the train has commands of this cycle or a later one."""
     reported_s: FloatArray
-    """When the last report that the centre has was made. [s]"""
+    """When that report was made. [s]"""
     heard_s: FloatArray
-    """When the last commands that the train has were sent. [s]"""
+    """When those commands were sent. [s]"""
     acknowledged_s: FloatArray
-    """The centre knows that the train has commands sent then or later. [s]"""
+    """When these commands were sent. [s]"""
+    reports_version: int
+    """Another one when what the centre has is another."""
+    telegrams_version: int
+    """Another one when what trains have is another."""
 
 
 class UnitState(NamedTuple):
@@ -95,12 +117,25 @@ class UnitState(NamedTuple):
     """By how much the centre's clock is ahead. [s]"""
 
 
+class Whereabouts(NamedTuple):
+    """What compiled functions read of the trains in every step; see :class:`LineState`."""
+
+    front_m: FloatArray
+    tail_m: FloatArray
+    speed_mps: FloatArray
+    present: BoolArray
+    running: BoolArray
+
+
 class LineState(NamedTuple):
     """
     The line at one moment; arrays have shape (n_trains,), first train first.
 
     Rows stay the same for a whole run, so that leaders, plans and records never need
     re-indexing. A row whose train is not ``present`` holds a valid but meaningless place.
+
+    What changes with events only has a version: as long as that is the same number, so are the
+    arrays, and who remembers what it made of them need not make it anew.
     """
 
     time_s: float
@@ -129,21 +164,54 @@ class LineState(NamedTuple):
     """When the last call began. [s]"""
     events: Events
     wayside: WaysideState
+    calls_version: int
+    """Of ``present``, ``running``, ``next_call``, ``stop_m`` and ``arrival_s``."""
+    wayside_version: int
+    """Of ``wayside``, ``granted_to_m`` and ``granted_by``."""
     radio: RadioState | None = None
     """What has arrived by radio; None under a controller without."""
     units: UnitState | None = None
     """What units measure, where they may be wrong; None where all of them are exact."""
+
+    @property
+    def whereabouts(self) -> Plain:
+        """The fields of :class:`Whereabouts`."""
+        return self.front_m, self.tail_m, self.speed_mps, self.present, self.running
 
 
 class RadioPermission(NamedTuple):
     """What trains know that take their commands by radio; arrays of shape (n_trains,)."""
 
     emergency: BoolArray
-    """The train brakes in emergency, whatever its limit."""
+    """The train brakes in emergency, whatever its authority."""
     commanded_mps: FloatArray
     """Speed that the centre has planned for the end of the step, inf where none. [m/s]"""
     covered_m: FloatArray
-    """The furthest limit that the train may still go by, as far as the centre knows. [m]"""
+    """The furthest end that the train may still go by, as far as the centre knows. [m]"""
+
+
+class AtOnce:
+    """What there is to know of a radio where permissions reach the trains at once."""
+
+    def __init__(self, trains: int) -> None:
+        self._nobody = np.zeros(trains, dtype=np.bool_)
+        self._uncommanded_mps = np.full(trains, np.inf)
+
+    def permission(self, eoa_m: FloatArray) -> RadioPermission:
+        """
+        Return that nobody brakes in emergency, or is commanded any speed.
+
+        Parameters
+        ----------
+        eoa_m
+            Ends of authority, by which trains go at once. [m], shape (n_trains,)
+
+        Returns
+        -------
+        RadioPermission
+            Nothing else is covered.
+        """
+        return RadioPermission(self._nobody, self._uncommanded_mps, eoa_m)
 
 
 class Authority(NamedTuple):
@@ -154,7 +222,7 @@ class Authority(NamedTuple):
     ceiling_mps: FloatArray
     """Speed not to be exceeded at the end of the step. [m/s]"""
     delay_s: FloatArray
-    """The front counts as this much time of running further ahead of its limit. [s]"""
+    """The front counts as this much time of running further ahead. [s]"""
     eoa_by: IntArray
     """
     What ends the way: row of the train ahead, a place as from :func:`beside`, or ``NOTHING``.
@@ -163,8 +231,8 @@ class Authority(NamedTuple):
     """
     ceiling_by: IntArray
     """What is ahead that makes the ceiling low; ``NOTHING`` where it is the line's own."""
-    link: RadioPermission | None = None
-    """None for a protection whose permissions reach the trains at once."""
+    link: RadioPermission
+    """What came by radio; from :class:`AtOnce` for a protection that needs none."""
 
 
 class Advice(NamedTuple):
@@ -173,12 +241,8 @@ class Advice(NamedTuple):
     ceiling_mps: FloatArray
     reason: IntArray
     """Which of the operation's own ``reasons`` lowers it; ``NO_REASON`` where none does."""
-    cause: IntArray | None = None
-    """
-    What the operation does it for: train, place beside the track, or ``NOTHING``.
-
-    None where it is never for anything ahead.
-    """
+    cause: IntArray
+    """What the operation does it for: train, place beside the track, or ``NOTHING``."""
 
 
 NO_REASON = -1

@@ -1,6 +1,7 @@
 """Blocks of consecutive steps, and whoever examines them."""
 
-from typing import NamedTuple, Protocol
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -47,4 +48,12 @@ class Examiner(Protocol):
 
     def add(self, block: StepBlock) -> None:
         """Examine a block of steps."""
+        ...
+
+
+class Meter(Examiner, Protocol):
+    """Whoever looks at every step and has measured something in the end."""
+
+    def measured(self) -> Mapping[str, Any]:
+        """Return what was measured, by field of ``RunRecord``."""
         ...

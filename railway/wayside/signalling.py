@@ -8,8 +8,8 @@ comes suddenly: an obstacle on a closed level crossing, or a failure.
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.plan.brake_table import braking_v2_each
 from kankaku.railway.plan.disruptions import UNDISTURBED, Disruptions
-from kankaku.railway.plan.profile import at_each
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.obstructions import Obstruction, WaysideState, unobstructed
 from kankaku.railway.step.state import Events, LineState
@@ -38,7 +38,7 @@ class Wayside:
             if not isinstance(machine, PointMachine)
         ]
         self._closures = [item for item in self._machines if isinstance(item, ClosedStretch)]
-        self._potential = world.profile.potential_m2ps2.ravel()
+        self._rows = np.arange(world.size)
         self._tables_m = world.profile.origin_m, world.far_m
         self._fastest_mps = max(kind.maximum_speed_mps for kind in world.train_types)
         self._watch_m: tuple[FloatArray, FloatArray] = (np.zeros(0), np.zeros(0))
@@ -53,6 +53,8 @@ class Wayside:
         """A work zone is requested that is not established yet."""
         self.state: WaysideState = unobstructed(world.size, world.far_m)
         """What signalling knows now."""
+        self.version = 0
+        """Another one when that is another."""
 
     def update(
         self,
@@ -156,12 +158,12 @@ class Wayside:
     def _stops_short_of(
         self, place_m: float, front_m: FloatArray, speed_mps: FloatArray
     ) -> BoolArray:
-        row_start = self._world.row_start
+        braking = self._world.braking
         here_m = np.clip(front_m, *self._tables_m)
         there_m = np.full_like(here_m, np.clip(place_m, *self._tables_m))
-        potential = at_each(self._potential, there_m, row_start)
-        potential -= at_each(self._potential, here_m, row_start)
-        stops: BoolArray = potential >= 0.5 * np.square(speed_mps)
+        taken_m2ps2 = braking_v2_each(braking, self._rows, there_m)
+        taken_m2ps2 -= braking_v2_each(braking, self._rows, here_m)
+        stops: BoolArray = taken_m2ps2 >= np.square(speed_mps)
         return stops
 
     def _surprised(self, scene: Scene) -> BoolArray:
@@ -198,3 +200,4 @@ class Wayside:
         )
         if not all(map(np.array_equal, renewed, self.state)):
             self.state = renewed
+            self.version += 1

@@ -8,11 +8,13 @@ from hypothesis import strategies as st
 
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.failures.unit_failures import UnitFailure
+from kankaku.railway.failures.unit_failures import UnitFailure, failing
 from kankaku.railway.loop.simulate import simulate
+from kankaku.railway.meters.all_meters import all_meters
 from kankaku.railway.plan.line import Gradient, Line, SpeedLimit
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
 from kankaku.railway.plan.rolling_stock import TrainType
+from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.timetable import Call, Service
 from kankaku.railway.plan.world import World
@@ -107,16 +109,23 @@ def run(
     if delay_s is None:
         delay_s = scenario.dwell_delays.draw(scenario.timetable, scenario.seed)
     engine = Observed(ToyEngine(world, delay_s, scenario.step_s))
-    record = simulate(
+    whole = Run(
         world,
+        delay_s,
+        scenario.seed,
+        scenario.patience_s,
+        scenario.disruptions,
+        radio or LOSSLESS,
+    )
+    units = None
+    if unit_failures is not None:
+        whole, units = failing(whole, unit_failures)
+    record = simulate(
+        whole,
         engine,
         controller or controller_of(world, operation, radio=radio),
-        delay_s,
-        seed=scenario.seed,
-        patience_s=scenario.patience_s,
-        disruptions=scenario.disruptions,
-        radio=radio or LOSSLESS,
-        unit_failures=unit_failures,
+        all_meters(world),
+        units=units,
     )
     return record, engine
 

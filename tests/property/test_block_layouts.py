@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from kankaku.controllers.drive import TractionDrive
+from kankaku.controllers.operation.close_up import no_advice
 from kankaku.controllers.registry import PROTECTIONS, ControllerError, Medium, build
 from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray
 from kankaku.railway.plan.line import Block, Gradient, Line, Platform, Section, SpeedLimit, Track
@@ -19,7 +20,7 @@ from kankaku.railway.plan.timetable import Call, Service
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.obstructions import unobstructed
-from kankaku.railway.step.state import NO_REASON, NOTHING, Advice, Events, LineState
+from kankaku.railway.step.state import NOTHING, Events, LineState
 from kankaku.testing.example_lines import commuter_train, make_scenario, stations_at, world_of
 
 RUNNERS = 50
@@ -131,6 +132,8 @@ def state_of(world: World, time_s: float, front_m: FloatArray, speed_mps: FloatA
         arrival_s=np.zeros(size),
         events=Events(),
         wayside=unobstructed(size, world.far_m),
+        calls_version=0,
+        wayside_version=0,
     )
 
 
@@ -177,7 +180,7 @@ def run_on(
 ) -> Iterator[LineState]:
     """Yield states; every train behind runs as fast as the drive may."""
     drive, memory = TractionDrive(world), protection.initial()
-    nothing = Advice(np.full(world.size, 1e3), np.full(world.size, NO_REASON, dtype=np.intp))
+    nothing = no_advice(world.size)
     train = world.train_types[0]
     for step in range(STEPS):
         time_s = STEP_S * step

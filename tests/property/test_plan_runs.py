@@ -10,14 +10,14 @@ from scipy.optimize import brentq
 from kankaku.controllers.control_map.planned_run import (
     Pace,
     RunPlace,
+    Task,
     Trains,
     run,
-    stopping_place_m,
     trains_of,
 )
 from kankaku.railway.arrays import FloatArray
+from kankaku.railway.plan.brake_table import braked_stop_m, braking_v2_each
 from kankaku.railway.plan.line import Gradient, SpeedLimit
-from kankaku.railway.plan.profile import at_each
 from kankaku.railway.plan.world import World
 from kankaku.testing.example_lines import commuter_train, world_of
 from tests.property.runs import GRAVITY, random_gradients, random_limits, solo_scenario
@@ -65,9 +65,7 @@ def test_a_train_stops_where_its_energy_is_spent(
 ) -> None:
     world = world_with(gradients, [])
     trains = trains_on(world)
-    found_m = stopping_place_m(
-        trains.square, trains.row_start[0], front_m, speed_mps, TRAIN.service_brake_mps2
-    )
+    found_m = braked_stop_m(trains.braking, 0, front_m, speed_mps)
     assert abs(found_m - stops_at_m(world, front_m, speed_mps)) < 0.1
 
 
@@ -92,10 +90,10 @@ def test_a_run_can_stop_before_its_limit_at_every_moment(
     trains = trains_on(world)
     slow = min(speed_mps, *(limit.limit_mps for limit in limits), 12.0)
     front_m, planned_mps = np.empty(MOMENTS), np.empty(MOMENTS)
-    limit_square = at_each(trains.square, eoa_m, np.full(1, trains.row_start[0]))
+    end_v2 = braking_v2_each(trains.braking, np.zeros(MOMENTS, dtype=np.intp), eoa_m)
     place = RunPlace(400.0, slow, 1, np.inf)
     cap_mps = np.full(MOMENTS - 1, np.inf)
-    run(trains, 0, place, 0.0, cap_mps, limit_square, front_m, planned_mps)
+    run(trains, 0, place, Task(0.0, cap_mps, end_v2, front_m, planned_mps))
     for moment in range(0, MOMENTS, 6):
         stop_m = stops_at_m(world, front_m[moment], planned_mps[moment])
         assert stop_m <= eoa_m[moment] + 0.1
@@ -124,16 +122,8 @@ def test_a_free_run_is_the_run_that_the_drive_makes(
     for trains in (coarse, fine):
         moments = round(600.0 / trains.step_s) + 1
         nothing = np.full(moments, np.inf)
-        _, arrival_s, hindered = run(
-            trains,
-            0,
-            RunPlace(300.0, 0.0, 1, np.inf),
-            0.0,
-            nothing[1:],
-            nothing,
-            np.empty(moments),
-            np.empty(moments),
-        )
+        task = Task(0.0, nothing[1:], nothing, np.empty(moments), np.empty(moments))
+        _, arrival_s, hindered = run(trains, 0, RunPlace(300.0, 0.0, 1, np.inf), task)
         assert hindered == 0
         arrivals_s.append(arrival_s)
     passed = sum(limit.end_m + LENGTH_M > 300.0 for limit in limits)

@@ -8,6 +8,8 @@ import pytest
 
 from kankaku.controllers.drive import TractionDrive
 from kankaku.railway.loop.simulate import simulate
+from kankaku.railway.meters.all_meters import all_meters
+from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Command
 from kankaku.railway.step.engine_contract import Engine
@@ -54,7 +56,7 @@ def test_a_train_may_halt_a_little_before_the_end_of_the_line(
     world, delay_s = world_of(scenario), np.zeros((1, 2))
     controller = replace(controller_of(world), drive=Halts(world, away_m))
     with SumoEngine(build(scenario, world, delay_s, tmp_path), world) as engine:
-        record = simulate(world, engine, controller, delay_s, seed=1, patience_s=600.0)
+        record = simulate(Run(world, delay_s, 1, 600.0), engine, controller, all_meters(world))
     assert record.completed.all()
 
 

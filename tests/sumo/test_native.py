@@ -11,9 +11,11 @@ import pytest
 from kankaku.controllers.peers import PEERS, build_peer
 from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray
 from kankaku.railway.loop.simulate import simulate
+from kankaku.railway.meters.all_meters import all_meters
 from kankaku.railway.motion.run_curve import fastest_run
 from kankaku.railway.plan.dwell import DwellDelays, Overstay
 from kankaku.railway.plan.line import Block, Gradient, SpeedLimit
+from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.railway.step.records import RunRecord
@@ -65,7 +67,8 @@ def recorded(opened: Opener, scenario: Scenario, peer: str) -> RunRecord:
         delay_s = scenario.dwell_delays.draw(scenario.timetable, scenario.seed)
         controller = build_peer("peer", peer, world)
         patience_s = scenario.patience_s
-        return simulate(world, engine, controller, delay_s, seed=1, patience_s=patience_s)
+        run = Run(world, delay_s, 1, patience_s)
+        return simulate(run, engine, controller, all_meters(world))
 
 
 def times(seen: list[Observation], event: str, train: int) -> list[float]:

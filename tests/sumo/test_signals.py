@@ -16,8 +16,10 @@ import pytest
 from kankaku.controllers import registry
 from kankaku.railway.arrays import BoolArray
 from kankaku.railway.loop.simulate import simulate
+from kankaku.railway.meters.all_meters import all_meters
 from kankaku.railway.plan.dwell import DwellDelays, Overstay
 from kankaku.railway.plan.line import Block, Section, SpeedLimit, Track, Turnout
+from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.timetable import Call, Service
 from kankaku.railway.plan.world import World
@@ -138,14 +140,9 @@ def run(scenario: Scenario, files: SumoFiles, note: Noted, *, gui: bool) -> RunR
     world = world_of(scenario)
     controller = registry.build(CLOSE_UP, world)
     with SumoEngine(files, world, gui=gui) as engine:
-        return simulate(
-            world,
-            Watched(engine, note),
-            controller,
-            scenario.dwell_delays.draw(scenario.timetable, scenario.seed),
-            seed=scenario.seed,
-            patience_s=scenario.patience_s,
-        )
+        delay_s = scenario.dwell_delays.draw(scenario.timetable, scenario.seed)
+        run = Run(world, delay_s, scenario.seed, scenario.patience_s)
+        return simulate(run, Watched(engine, note), controller, all_meters(world))
 
 
 @contextmanager

@@ -10,7 +10,7 @@ import pytest
 from kankaku.controllers.operation import approach_point as rules
 from kankaku.controllers.operation.approach_plan import ApproachPoint, Site, approach_point
 from kankaku.controllers.operation.approach_point import ApproachPlans
-from kankaku.controllers.operation.close_up import NO_CEILING_MPS
+from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
 from kankaku.controllers.registry import ControllerError, build
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.scenario import ControllerSpec, Option, Scenario
@@ -313,14 +313,14 @@ def test_trains_of_the_same_types_share_one_approach_point(monkeypatch: pytest.M
 
 def test_advice_only_lowers() -> None:
     seen = watch(mixed_trains(), 90.0)
-    nothing = np.full(6, NO_CEILING_MPS), np.full(6, NO_REASON)
+    nothing = no_advice(6)
     lowered = 0
     for asked in seen.watched.asked:
         state, authority, advice, _ = asked
         assert np.all((advice.ceiling_mps >= 0.0) & (advice.ceiling_mps <= NO_CEILING_MPS))
         assert np.array_equal(advice.reason == NO_REASON, advice.ceiling_mps > 999.0)
         with_it = seen.drive.command(state, authority, advice).speed_mps
-        without = seen.drive.command(state, authority, Advice(*nothing)).speed_mps
+        without = seen.drive.command(state, authority, nothing).speed_mps
         assert np.all(with_it <= without)
         lowered += int(np.count_nonzero(with_it < without))
     assert lowered > 100

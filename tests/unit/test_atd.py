@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from kankaku.controllers.drive import TractionDrive
+from kankaku.controllers.operation.close_up import no_advice
 from kankaku.controllers.options import OptionError
 from kankaku.controllers.protection.atd import Atd, AtdOptions
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.world import World
-from kankaku.railway.step.state import NO_REASON, Advice
 from kankaku.testing.example_lines import two_station_scenario, world_of
 from tests.states import behind
 
@@ -51,7 +51,7 @@ def approach(start_mps: float, fails_at_m: float = np.inf, **options: Any) -> Ap
     """Run towards a leader that stands; the service brake may fail from some place on."""
     world = world_with()
     atd, drive = Atd(world, AtdOptions(**options)), TractionDrive(world)
-    nothing = Advice(np.full(2, 1e3), np.full(2, NO_REASON, dtype=np.intp))
+    nothing = no_advice(2)
     memory, front_m, speed_mps = atd.initial(), 700.0, start_mps
     seen = Approach(np.zeros(0), np.zeros(0), [])
     for _ in range(900):

@@ -9,7 +9,9 @@ import pytest
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.loop.simulate import simulate
+from kankaku.railway.meters.all_meters import all_meters
 from kankaku.railway.plan.disruptions import Cause
+from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.world import build_world
 from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.records import RunRecord
@@ -31,16 +33,16 @@ def run(name: str) -> RunRecord:
     world = build_world(SCENARIO.line, SCENARIO.train_types, SCENARIO.timetable, step_s)
     spec = next(spec for spec in SCENARIO.controllers if spec.name == name)
     no_delay_s = SCENARIO.dwell_delays.draw(SCENARIO.timetable, SCENARIO.seed)
-    return simulate(
+    run = Run(
         world,
-        ToyEngine(world, no_delay_s, step_s),
-        build(spec, world, SCENARIO.radio),
         no_delay_s,
-        seed=SCENARIO.seed,
-        patience_s=SCENARIO.patience_s,
-        disruptions=SCENARIO.disruptions,
-        radio=SCENARIO.radio,
+        SCENARIO.seed,
+        SCENARIO.patience_s,
+        SCENARIO.disruptions,
+        SCENARIO.radio,
     )
+    engine, controller = ToyEngine(world, no_delay_s, step_s), build(spec, world, SCENARIO.radio)
+    return simulate(run, engine, controller, all_meters(world))
 
 
 def throws(record: RunRecord) -> list[Obstruction]:

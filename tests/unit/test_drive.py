@@ -10,6 +10,7 @@ from kankaku.railway.step.obstructions import unobstructed
 from kankaku.railway.step.state import (
     NOTHING,
     Advice,
+    AtOnce,
     Authority,
     Events,
     LineState,
@@ -57,13 +58,17 @@ def drive_once(
         arrival_s=np.array([25_200.0]),
         events=Events(),
         wayside=unobstructed(1, world.far_m),
+        calls_version=0,
+        wayside_version=0,
     )
     nothing, train = np.array([NOTHING]), np.array([0])
-    authority = Authority(np.array([eoa_m]), np.array([ceiling_mps]), np.zeros(1), train, nothing)
+    link = AtOnce(1).permission(np.array([eoa_m]))
+    bounds = np.array([eoa_m]), np.array([ceiling_mps]), np.zeros(1)
+    authority = Authority(*bounds, train, nothing, link)
     if emergency is not None:
         link = RadioPermission(np.array([emergency]), np.full(1, np.inf), np.array([eoa_m]))
         authority = authority._replace(link=link)
-    advice = Advice(np.array([advised_mps]), np.array([0]))
+    advice = Advice(np.array([advised_mps]), np.array([0]), nothing)
     drive = TractionDrive(world)
     command = drive.command(state, authority, advice)
     asked = (float(command.speed_mps[0]) - speed_mps) / STEP_S

@@ -14,7 +14,7 @@ from kankaku.controllers.registry import PROTECTIONS, ControllerError, build
 from kankaku.railway.plan.line import SpeedLimit
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.step.state import NO_REASON, Advice, LineState
+from kankaku.railway.step.state import NO_REASON, NOTHING, Advice, LineState
 from kankaku.testing.example_lines import two_station_scenario, world_of
 from tests.property.dense_run import Radio
 from tests.property.runs import random_limits
@@ -30,7 +30,7 @@ PAPER = MovingBlockOptions(
     communication_delay_s=0.5,
 )
 BALISES_M = (450.0, 1010.0, 1240.0)
-NO_ADVICE = Advice(np.full(2, 100.0), np.full(2, NO_REASON, dtype=np.intp))
+NO_ADVICE = Advice(np.full(2, 100.0), np.full(2, NO_REASON, dtype=np.intp), np.full(2, NOTHING))
 QUICK = settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 

@@ -5,7 +5,17 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from kankaku.controllers.control_map.onboard import CREEP_MPS, HEADROOM_MPS, keep_bands
+from kankaku.controllers.control_map.onboard import (
+    CREEP_MPS,
+    HEADROOM_MPS,
+    Held,
+    Tempo,
+    keep_bands,
+)
+from kankaku.controllers.control_map.telegrams import nothing_sent
+from kankaku.railway.compiled import plain
+from kankaku.railway.plan.brake_table import BrakeTable
+from kankaku.railway.step.state import Whereabouts
 
 STEP_S, MOMENT_S = 0.1, 0.5
 BRAKE_MPS2 = 1.0
@@ -27,25 +37,28 @@ def keep(
     meant: bool = True,
 ) -> tuple[float, float, float]:
     """Ask one train that has heard a telegram sent at 100 s; it went by one of 99 s before."""
-    sent = (
-        np.array([100.0, 99.0]),
-        np.array([[eoas_m], [(1100.0,) * 11]]),
-        np.array([[planned_mps], [(5.0,) * 11]]),
-        np.array([[free_m], [3000.0]]),
+    one, front_m = np.ones(1, dtype=np.bool_), np.array([FRONT_M])
+    sent = nothing_sent(1)._replace(
+        cycle=np.array([100, 99]),
+        sent_s=np.array([100.0, 99.0]),
+        eoa_m=np.array([[eoas_m], [(1100.0,) * 11]]),
+        speed_mps=np.array([[planned_mps], [(5.0,) * 11]]),
+        free_m=np.array([[free_m], [3000.0]]),
+        furthest_m=np.array([[100.0 if meant else -np.inf], [100.0]]),
+    )
+    held = Held(
+        clock_s=np.array([100.0 + since_s]),
+        to_stop_m=np.array([to_stop_m]),
+        heard=np.array([100]),
+        held=np.array([99]),
+        held_m=np.array([held_m]),
     )
     eoa_m, commanded_mps, goes_by_s = keep_bands(
-        np.array([100.0 + since_s]),
-        STEP_S,
-        MOMENT_S,
-        np.array([FRONT_M]),
-        np.array([speed_mps]),
-        np.array([to_stop_m]),
-        np.ones(1, dtype=np.bool_),
-        np.array([100.0]),
-        (*sent, np.array([[100.0 if meant else -np.inf], [100.0]])),
-        np.array([99.0]),
-        np.array([held_m]),
-        (LEVEL, np.zeros(1), np.array([BRAKE_MPS2])),
+        plain(Whereabouts(front_m, front_m - 200.0, np.array([speed_mps]), one, one)),
+        plain(held),
+        plain(sent),
+        plain(Tempo(STEP_S, MOMENT_S)),
+        plain(BrakeTable(LEVEL, np.zeros(1), np.array([BRAKE_MPS2]))),
     )
     return float(eoa_m[0]), float(commanded_mps[0]), float(goes_by_s[0])
 

@@ -8,7 +8,7 @@ import pytest
 
 from kankaku.controllers.control_map import map_protection
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions, Memory
-from kankaku.controllers.control_map.planner import MapPlan
+from kankaku.controllers.control_map.planned_map import MapPlan
 from kankaku.controllers.control_map.wrong_maps import WrongMaps
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import BoolArray, FloatArray
@@ -46,10 +46,12 @@ class ShortBands(ControlMap):
 
     def __init__(self, world: Any) -> None:  # noqa: ANN401
         super().__init__(world, ControlMapOptions(early_s=1000.0), LOSSLESS)
-        self._trains = self._trains._replace(
-            square=1.5 * self._trains.square, brake_mps2=1.5 * self._trains.brake_mps2
+        braking = self._trains.braking
+        harder = braking._replace(
+            braking_v2_m2ps2=1.5 * braking.braking_v2_m2ps2,
+            service_mps2=1.5 * braking.service_mps2,
         )
-        self._figures = (self._trains.square, self._trains.row_start, self._trains.brake_mps2)
+        self._trains = self._trains._replace(braking=harder)
 
 
 def test_bands_shorter_than_the_braking_distance_are_found() -> None:

@@ -277,7 +277,7 @@ class Strolling:
     def advise(self, state: LineState, authority: Authority, memory: None) -> tuple[Advice, None]:
         size = authority.eoa_m.size
         reason = self._reason if state.time_s >= self._since_s else 0
-        return Advice(np.full(size, 2.0), np.full(size, reason)), memory
+        return Advice(np.full(size, 2.0), np.full(size, reason), np.full(size, -1)), memory
 
 
 class Saying(Strolling):

@@ -8,7 +8,9 @@ import pytest
 
 from kankaku.controllers.registry import build
 from kankaku.railway.loop.simulate import simulate
+from kankaku.railway.meters.all_meters import all_meters
 from kankaku.railway.plan.dwell import DwellDelays, Overstay
+from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import build_world
 from kankaku.railway.step.records import RunRecord
@@ -30,7 +32,7 @@ def run(scenario: Scenario, name: str, delays: DwellDelays) -> RunRecord:
     spec = next(spec for spec in scenario.controllers if spec.name == name)
     engine = ToyEngine(world, drawn_s, STEP_S)
     controller = build(spec, world)
-    return simulate(world, engine, controller, drawn_s, seed=1, patience_s=3600.0)
+    return simulate(Run(world, drawn_s, 1, 3600.0), engine, controller, all_meters(world))
 
 
 @pytest.mark.parametrize("name", ["close_up", "two_stage", "two_stage_plain"])

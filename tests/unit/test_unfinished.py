@@ -13,7 +13,7 @@ from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.obstructions import WaysideState
 from kankaku.railway.step.records import Unfinished
-from kankaku.railway.step.state import NOTHING, Authority, LineState
+from kankaku.railway.step.state import NOTHING, AtOnce, Authority, LineState
 from kankaku.testing.example_lines import commuter_train, two_station_scenario, world_of
 from tests.property.runs import run
 from tests.states import behind
@@ -24,7 +24,9 @@ CLOSURE = Closure("zone", Cause.FAILURE, ("main",), 900.0, 950.0, 0.0, np.inf, n
 def told(world: World, state: LineState) -> Unfinished:
     """Return what is said of the second train, permitted as far as its way is clear."""
     nothing = np.full(2, NOTHING, dtype=np.intp)
-    authority = Authority(state.clear_to_m, np.full(2, 30.0), np.zeros(2), nothing, nothing)
+    link = AtOnce(2).permission(state.clear_to_m)
+    bounds = state.clear_to_m, np.full(2, 30.0), np.zeros(2)
+    authority = Authority(*bounds, nothing, nothing, link)
     done = np.array([True, False])
     ending = Ending(state, authority, done, Disruptions(closures=(CLOSURE,)))
     (item,) = unfinished(world, ending)

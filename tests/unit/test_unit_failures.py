@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kankaku.controllers.control_map.located import RATIO
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions, Memory
-from kankaku.controllers.control_map.measuring import RATIO, Notice
+from kankaku.controllers.control_map.measuring import Notice
 from kankaku.controllers.control_map.wrong_maps import WrongMaps
 from kankaku.controllers.registry import build
 from kankaku.railway.failures.random_failures import DURATION_S, SIZE, WHEEL_S, draw_failure

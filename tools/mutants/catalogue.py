@@ -6,7 +6,6 @@ PROFILE = "railway/plan/profile.py"
 LEADERS = "railway/wayside/leaders.py"
 POINT_MACHINE = "railway/wayside/point_machine.py"
 LEVEL_CROSSING = "railway/wayside/level_crossing.py"
-CLOSED_STRETCH = "railway/wayside/closed_stretch.py"
 LOOKING = "railway/wayside/looking.py"
 DRIVE = "controllers/drive.py"
 MOVING_BLOCK = "controllers/protection/moving_block.py"
@@ -14,7 +13,9 @@ OVER_RADIO = "controllers/centre/over_radio.py"
 CONTROL_MAP = "controllers/control_map/map_protection.py"
 BRAKE = "train.service_brake_mps2 * (grid_m - origin_m)"
 TAIL = "tail_m = front_m - self._world.length_m"
-TOUCHED = "[train]:\n            circuit = circuits.piece[place]\n            touched_s[circuit] ="
+TOUCHED = (
+    "[train]:\n            circuit = circuits.piece[place]\n            touched_s[circuit] = time_s"
+)
 EMERGENCY = "brakes = emergency(memory.emergency, state, radio.heard_s, HORIZON_S)"
 
 
@@ -120,17 +121,22 @@ MUTANTS: tuple[Mutant, ...] = (
         "moving",
         (
             "railway/loop/simulate.py",
-            "    steps, now_s, failure =",
-            "    given = []\n    steps, now_s, failure =",
+            "        self._first = True",
+            "        self._first, self._given = True, []",
         ),
         (
             "railway/loop/simulate.py",
-            "authority, permitted = protection.authorise(state, permitted)",
+            "authority, self._permitted = protection.authorise(state, self._permitted)",
             (
-                "authority, permitted = protection.authorise(state, permitted)\n"
-                "            given.append(authority)\n"
-                "            authority = given[max(len(given) - 1 - round(2.0 / world.step_s), 0)]"
+                "authority, self._permitted = protection.authorise(state, self._permitted)\n"
+                "        self._given.append(authority)\n"
+                "        authority = self._given[max(len(self._given) - 1 - OLD_STEPS, 0)]"
             ),
+        ),
+        (
+            "railway/loop/simulate.py",
+            "REPORT_EVERY_STEPS = 1000",
+            "REPORT_EVERY_STEPS, OLD_STEPS = 1000, 20",
         ),
     ),
     _mutant(
