@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pandas as pd
-from scipy.special import stdtrit
 
 from kankaku.analysis.tables.columns import rows_frame
 from kankaku.analysis.tables.indicators import COMPARED, INDICATOR_OF
@@ -128,4 +127,6 @@ def half_width(differences: FloatArray) -> float:
     if count < 2:
         return np.nan
     spread = float(differences.std(ddof=1))
+    from scipy.special import stdtrit  # noqa: PLC0415 - takes long to import
+
     return float(stdtrit(count - 1, 0.5 + CONFIDENCE / 2)) * spread / float(np.sqrt(count))

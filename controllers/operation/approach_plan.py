@@ -11,7 +11,6 @@ by full acceleration alone.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.motion.driving import Driving, trace
@@ -20,6 +19,7 @@ from kankaku.railway.motion.timed_run import timed
 from kankaku.railway.motion.way import Way, reaching_the_end, way_on
 from kankaku.railway.plan.profile import Profile
 from kankaku.railway.plan.rolling_stock import TrainType
+from kankaku.railway.roots import least_between, root_of
 
 SPEED_GRID_MPS = 2.0
 """Spacing of the speeds among which the best is looked for first. [m/s]"""
@@ -126,8 +126,8 @@ def _best_at(site: Site, gate_m: float) -> ApproachPoint:
     intervals_s = [interval_s(speed) for speed in speeds_mps.tolist()]
     best = int(np.argmin(intervals_s))
     around = (max(speeds_mps[best] - SPEED_GRID_MPS, 0.0), speeds_mps[best] + SPEED_GRID_MPS)
-    found = minimize_scalar(interval_s, bounds=around, method="bounded")
-    speed_mps = float(found.x if found.fun <= intervals_s[best] else speeds_mps[best])
+    found_mps, least_s = least_between(interval_s, *around)
+    speed_mps = float(found_mps if least_s <= intervals_s[best] else speeds_mps[best])
     passed_s, arrived_s = _run_in_s(site, gate_m, speed_mps)
     front_m = pattern_front_m(site, gate_m, speed_mps)
     pattern = pattern_m2ps2(site, gate_m)
@@ -335,7 +335,7 @@ def _hold_back(site: Site, point: ApproachPoint, way: Way, left_s: float) -> Pas
     if early_s(STANDING_MPS) > 0.0:
         # Neither slow enough nor stopped in time: wait too long, or be too soon, whichever is less.
         return waiting if late_s < _lost_s(site, point, early_s(top_mps)) else None
-    held_mps = brentq(early_s, STANDING_MPS, top_mps, xtol=1e-4)
+    held_mps = root_of(early_s, STANDING_MPS, top_mps, xtol=1e-4)
     return Passing(0.0, front_m, fastest(way.no_faster(held_mps)))
 
 

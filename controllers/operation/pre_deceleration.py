@@ -8,10 +8,9 @@ may depart. Both follow from monotone equations in one variable.
 
 from typing import NamedTuple
 
-from scipy.optimize import brentq
-
 from kankaku.railway.motion.kinematics import braking_distance_m
 from kankaku.railway.motion.run_up import RunUp
+from kankaku.railway.roots import root_of
 
 
 class Slowing(NamedTuple):
@@ -62,12 +61,12 @@ def slow_down(approach: Approach, wait_s: float) -> Slowing | None:
         return Slowing(slowest, wait_s)
     entry = fastest
     if _longest_s(approach, fastest) < wait_s:
-        entry = brentq(
+        entry = root_of(
             lambda speed: _longest_s(approach, speed) - wait_s, slowest, fastest, xtol=0.01
         )
         cruise = _lowest_cruise_mps(approach, entry)
     else:
-        cruise = brentq(
+        cruise = root_of(
             lambda speed: _duration_s(approach, speed, entry) - wait_s,
             _lowest_cruise_mps(approach, entry),
             entry,
@@ -108,7 +107,7 @@ def _lowest_cruise_mps(approach: Approach, entry_mps: float) -> float:
         return slowest
     if _cruise_m(approach, entry_mps, entry_mps) < 0.0:
         return entry_mps
-    root: float = brentq(
+    root: float = root_of(
         lambda speed: _cruise_m(approach, speed, entry_mps), slowest, entry_mps, xtol=1e-6
     )
     return root + 1e-6

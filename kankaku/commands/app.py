@@ -105,11 +105,13 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
     version: Version = False,  # noqa: ARG001 - handled by its callback
 ) -> None:
     """Run the controllers of a scenario on the same trains and delays, and compare them."""
+    if list_controllers:
+        from kankaku.commands import controllers_shown
+
+        controllers_shown.list_controllers(scenario)
+        return
     from kankaku.commands import run_shown
 
-    if list_controllers:
-        run_shown.list_controllers(scenario)
-        return
     choices = {
         "names": controller or (),
         "settings": settings or (),

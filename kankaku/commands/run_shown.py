@@ -6,14 +6,12 @@ from typing import Any
 
 from rich.markup import escape
 from rich.progress import ProgressColumn, Task, TaskID
-from rich.table import Table
 from rich.text import Text
 
 from kankaku.analysis.tables.compare import comparison
 from kankaku.analysis.texts.comparison_texts import comparison_note, comparison_texts
 from kankaku.analysis.texts.report import unfinished_heading
 from kankaku.analysis.texts.sweep_texts import sweep_texts
-from kankaku.commands.listing import Listing, controllers_of, known_controllers
 from kankaku.commands.screen import (
     SIDE_BY_SIDE,
     Log,
@@ -30,40 +28,7 @@ from kankaku.commands.screen import (
     show_side_by_side,
     show_table,
 )
-from kankaku.commands.shared_options import OUT
-from kankaku.scenarios.loading.load import load
-from kankaku.scenarios.shipped import folder_of
 from kankaku.studies import study
-
-
-def list_controllers(scenario: Path | None) -> None:
-    """
-    Show the controllers of a scenario; without one, all that a scenario can name.
-
-    Parameters
-    ----------
-    scenario
-        Its folder or name.
-    """
-    if scenario is None:
-        for listing in known_controllers():
-            _show_listing(listing)
-        answers.print(
-            "A scenario names controllers as pairs of protection and operation, or as a peer: "
-            "see its scenario.toml. Any other pair is --controller protection+operation."
-        )
-        return
-    with refusals(scenario, OUT):
-        chosen = load(folder_of(scenario))
-        listing = controllers_of(chosen.title, chosen.controllers)
-    _show_listing(listing)
-
-
-def _show_listing(listing: Listing) -> None:
-    table = Table(*listing.header, title=escape(listing.title), title_justify="left")
-    for row in listing.rows:
-        table.add_row(*map(escape, row))
-    answers.print(table)
 
 
 def compare(scenario: Path | None, out: Path, choices: Mapping[str, Any]) -> int:

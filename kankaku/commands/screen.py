@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 from rich.console import Console
@@ -12,11 +12,12 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from kankaku.controllers import registry
 from kankaku.interrupts import EXIT_INTERRUPTED
 from kankaku.railway.errors import KankakuError
 from kankaku.scenarios.reading.cell_texts import printable
-from kankaku.studies import study
+
+if TYPE_CHECKING:
+    from kankaku.studies.outcomes import Study
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
@@ -133,7 +134,7 @@ def refusals(scenario: Path, out: Path) -> Iterator[None]:
         raise typer.Exit(EXIT_INTERRUPTED) from None
 
 
-def chosen_of(scenario: Path, choices: Mapping[str, Any]) -> study.Study:
+def chosen_of(scenario: Path, choices: Mapping[str, Any]) -> "Study":
     """
     Choose what to run, and tell what is doubtful in it.
 
@@ -146,15 +147,17 @@ def chosen_of(scenario: Path, choices: Mapping[str, Any]) -> study.Study:
 
     Returns
     -------
-    study.Study
+    Study
         What to run.
     """
+    from kankaku.studies import study  # noqa: PLC0415 - takes long to import
+
     chosen = study.choose(scenario, **choices)
     show_warnings(chosen.scenario.warnings)
     return chosen
 
 
-def show_doubts(chosen: study.Study) -> None:
+def show_doubts(chosen: "Study") -> None:
     """
     Tell what is doubtful in how controllers fit the line.
 
@@ -163,6 +166,9 @@ def show_doubts(chosen: study.Study) -> None:
     chosen
         What is run.
     """
+    from kankaku.controllers import registry  # noqa: PLC0415 - the same
+    from kankaku.studies import study  # noqa: PLC0415 - the same
+
     world = study.world_of(chosen.scenario, chosen.step_s)
     show_warnings(registry.warnings(chosen.specs, world, chosen.scenario.radio))
 

@@ -10,7 +10,6 @@ and braking begin, to one price of time, and the price is found that keeps the r
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.compiled import compiled
@@ -40,6 +39,7 @@ from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.profile import NO_BUFFERS
 from kankaku.railway.plan.rolling_stock import TrainType
+from kankaku.railway.roots import root_of
 
 PRICES_WPKG = (1e-6, 1e7)
 """Prices of time at which nothing but energy, and nothing but time counts. [W/kg]"""
@@ -225,7 +225,7 @@ def _priced(way: Way, floor: FloatArray, quickest: Extremal, run_time_s: float) 
         there = here + value + np.copysign(STEP, value)
         ahead = too_long(there)
         if ahead * value < 0.0:
-            brentq(too_long, here, there, xtol=PRICE_TOLERANCE)
+            root_of(too_long, here, there, xtol=PRICE_TOLERANCE)
             break
         here, value = there, ahead
     return best
@@ -248,7 +248,7 @@ def _held_back(way: Way, floor: FloatArray, run: Extremal, run_time_s: float) ->
         message = f"a run of {run_time_s:.2f} s is not possible: {run.run_time_s:.2f} at most"
         raise RunTimeError(message)
     fastest_mps = float(np.sqrt(2.0 * run.energy_m2ps2.max()))
-    return below(brentq(late_s, SLOWEST_MPS, fastest_mps, xtol=1e-6))
+    return below(root_of(late_s, SLOWEST_MPS, fastest_mps, xtol=1e-6))
 
 
 def _eco_run(way: Way, seen: Extremal) -> EcoRun:

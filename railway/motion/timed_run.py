@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from scipy.optimize import brentq
 
 from kankaku.railway.motion.climbing import climbing_floor
 from kankaku.railway.motion.driving import Driving, Trace, trace
@@ -26,6 +25,7 @@ from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.profile import NO_BUFFERS
 from kankaku.railway.plan.rolling_stock import TrainType
+from kankaku.railway.roots import root_of
 
 Cut: TypeAlias = Callable[[float], Driving]
 """One operation: 1 leaves the drive as it is, 0 carries the operation out to its end."""
@@ -101,7 +101,7 @@ def _slowed(way: Way, quickest: RunCurve, run_time_s: float) -> Trace | None:
     fastest_mps = float(quickest.speed_mps.max())
     if late_s(SLOWEST_MPS) < 0.0 or late_s(fastest_mps) > 0.0:
         return None
-    return below(brentq(late_s, SLOWEST_MPS, fastest_mps, xtol=1e-6))
+    return below(root_of(late_s, SLOWEST_MPS, fastest_mps, xtol=1e-6))
 
 
 def _share(way: Way, cut: Cut, run_time_s: float) -> float:
@@ -112,7 +112,7 @@ def _share(way: Way, cut: Cut, run_time_s: float) -> float:
 
     if late_s(1.0) >= 0.0:
         return 1.0
-    share: float = brentq(late_s, 0.0, 1.0, xtol=1e-9, rtol=1e-9)
+    share: float = root_of(late_s, 0.0, 1.0, xtol=1e-9, rtol=1e-9)
     return share
 
 

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.special import ndtr
 
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.timetable import Timetable
@@ -78,6 +77,8 @@ class DwellDelays:
             last call.
             [s], shape (n_trains, n_calls_max)
         """
+        from scipy.special import ndtr  # noqa: PLC0415 - takes long to import
+
         most_calls = max(len(service.calls) for service in timetable.services)
         drawn = np.zeros((len(timetable.services), most_calls))
         innovation = np.sqrt(1.0 - self.trip_correlation**2)
