@@ -260,9 +260,9 @@ class ControlMap:
             aboard = aboard._replace(leaving=leaving)
             # What was permitted stays so: only where the train is has become uncertain.
             eoa_m = np.where(leaving, np.maximum(eoa_m, held_m), eoa_m) - aboard.shift_m
-        link = RadioPermission(braking | aboard.leaving, commanded_mps, memory.covered_m)
+        permission = RadioPermission(braking | aboard.leaving, commanded_mps, memory.covered_m)
         bounds = eoa_m, ceiling_mps, self._no_delay_s
-        authority = Authority(*bounds, eoa_by, self._nothing, link)
+        authority = Authority(*bounds, eoa_by, self._nothing, permission)
         return authority, memory._replace(held=held, held_m=eoa_m, emergency=braking, aboard=aboard)
 
     def eoa_behind_m(

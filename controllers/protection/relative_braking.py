@@ -109,8 +109,8 @@ class RelativeBraking:
         granted, ahead = (state.granted_to_m, state.granted_by), (state.leader, state.follows)
         eoa_m, eoa_by = _eoas_m(state.whereabouts, granted, ahead, self._leaders)
         bounds = eoa_m, self.ceiling.ahead_mps(state), self._no_delay_s
-        link = self._at_once.permission(eoa_m)
-        return Authority(*bounds, eoa_by, self._own_ceiling, link), memory
+        permission = self._at_once.permission(eoa_m)
+        return Authority(*bounds, eoa_by, self._own_ceiling, permission), memory
 
     def eoa_behind_m(
         self,

@@ -160,9 +160,9 @@ def authority_problems(authority: object, state: LineState) -> Iterator[str]:
     rows = {name: getattr(authority, name) for name in ("eoa_by", "ceiling_by")}
     yield from _malformed(numbers, "f", state)
     yield from _malformed(rows, "iu", state)
-    link: object = authority.link
-    if not isinstance(link, RadioPermission):
-        yield "link is no RadioPermission: AtOnce makes one where there is no radio"
+    permission: object = authority.permission
+    if not isinstance(permission, RadioPermission):
+        yield "permission is no RadioPermission: AtOnce makes one where there is no radio"
     if not all(_is_array(values, "f", state) for values in numbers.values()):
         return
     for name, values in numbers.items():

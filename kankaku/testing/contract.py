@@ -213,7 +213,7 @@ def _other_than_foreseen(
         # Nothing but this leader is in the way, nor was then.
         permitted_m = max(authority.eoa_m[row], state.front_m[row])
         # A centre that plans a train's run permits no more than it has planned.
-        planned = np.isfinite(authority.link.commanded_mps[row])
+        planned = np.isfinite(authority.permission.commanded_mps[row])
         if not planned and min(oldest, latest) - 1e-6 > permitted_m:
             return "it permits less than eoa_behind_m says"
     return ""
