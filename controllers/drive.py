@@ -70,9 +70,9 @@ class TractionDrive:
     Follows the lowest of six bounds.
 
     The rows of its bounds are the first six of :class:`~kankaku.railway.step.control.Bound`; for a
-    train whose link says that it brakes in emergency nothing else counts. The service brake is the
-    strongest that advice, stops and ceilings may ask for; only an authority that cannot be kept
-    otherwise gets the emergency brake.
+    train whose permission says that it brakes in emergency nothing else counts. The service brake
+    is the strongest that advice, stops and ceilings may ask for; only an authority that cannot be
+    kept otherwise gets the emergency brake.
     """
 
     def __init__(self, world: World) -> None:
@@ -122,7 +122,7 @@ class TractionDrive:
             authority.eoa_by,
             authority.ceiling_mps,
             advice.ceiling_mps,
-            authority.link.emergency,
+            authority.permission.emergency,
         )
         return Command(*_command(state.whereabouts, asked, self._stops, self._abilities))
 

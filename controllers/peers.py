@@ -40,9 +40,9 @@ class Unbounded:
     def __init__(self, world: World) -> None:
         trains, nothing = np.ones(world.size), np.full(world.size, NOTHING, dtype=np.intp)
         eoa_m = world.far_m * trains
-        link = AtOnce(world.size).permission(eoa_m)
+        permission = AtOnce(world.size).permission(eoa_m)
         bounds = eoa_m, NO_CEILING_MPS * trains, 0.0 * trains
-        self._authority = Authority(*bounds, nothing, nothing, link)
+        self._authority = Authority(*bounds, nothing, nothing, permission)
 
     def initial(self) -> None:
         """Return the memory before the first step: none is needed."""

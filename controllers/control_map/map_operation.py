@@ -60,7 +60,7 @@ class FollowPlan:
         tuple[Advice, None]
             The speeds, and no memory.
         """
-        commanded_mps = authority.link.commanded_mps
+        commanded_mps = authority.permission.commanded_mps
         reason = np.where(np.isfinite(commanded_mps), CONTROL_MAP, NO_REASON)
         ceiling_mps = np.minimum(commanded_mps, NO_CEILING_MPS)
         return Advice(ceiling_mps, reason, authority.eoa_by), None

@@ -48,7 +48,7 @@ from kankaku.controllers.control_map.onboard import (
 )
 from kankaku.controllers.control_map.planned_map import Horizon, Known, MapPlan
 from kankaku.controllers.control_map.planned_run import Pace, trains_of
-from kankaku.controllers.control_map.planner import Scene, make_plan
+from kankaku.controllers.control_map.planner import MapScene, make_plan
 from kankaku.controllers.control_map.telegrams import COMMANDS, Sent, eoas_m, nothing_sent
 from kankaku.controllers.control_map.way_ahead import Grid, Obstructions, order_of
 from kankaku.controllers.protection.ceiling import LineCeiling, braked_to_mps
@@ -260,9 +260,9 @@ class ControlMap:
             aboard = aboard._replace(leaving=leaving)
             # What was permitted stays so: only where the train is has become uncertain.
             eoa_m = np.where(leaving, np.maximum(eoa_m, held_m), eoa_m) - aboard.shift_m
-        link = RadioPermission(braking | aboard.leaving, commanded_mps, memory.covered_m)
+        permission = RadioPermission(braking | aboard.leaving, commanded_mps, memory.covered_m)
         bounds = eoa_m, ceiling_mps, self._no_delay_s
-        authority = Authority(*bounds, eoa_by, self._nothing, link)
+        authority = Authority(*bounds, eoa_by, self._nothing, permission)
         return authority, memory._replace(held=held, held_m=eoa_m, emergency=braking, aboard=aboard)
 
     def eoa_behind_m(
@@ -371,7 +371,7 @@ class ControlMap:
             state.granted_by,
         )
         now_s = UPDATE_S * round(state.time_s / UPDATE_S)
-        scene = Scene(
+        scene = MapScene(
             Grid(now_s, UPDATE_S, self._horizon.moments),
             known,
             trains,

@@ -26,7 +26,7 @@ ARRIVED_M = 0.5
 ARRIVED_MPS = 1.0
 
 
-class Trains(NamedTuple):
+class PlannedTrains(NamedTuple):
     """What the runs of all trains need to know; it stays for a whole run of the simulator."""
 
     step_s: float
@@ -55,7 +55,7 @@ class Trains(NamedTuple):
 
 
 class Pace(NamedTuple):
-    """How runs are made; see :class:`Trains`."""
+    """How runs are made; see :class:`PlannedTrains`."""
 
     step_s: float
     gentle_mps2: float
@@ -64,7 +64,7 @@ class Pace(NamedTuple):
     margin_m: float
 
 
-def trains_of(world: World, pace: Pace) -> Trains:
+def trains_of(world: World, pace: Pace) -> PlannedTrains:
     """
     Return what runs need to know.
 
@@ -77,11 +77,11 @@ def trains_of(world: World, pace: Pace) -> Trains:
 
     Returns
     -------
-    Trains
+    PlannedTrains
         It stays for a whole run of the simulator.
     """
     step_s = pace.step_s
-    return Trains(
+    return PlannedTrains(
         step_s,
         step_s * pace.gentle_mps2,
         pace.early_s,
@@ -111,7 +111,7 @@ class RunPlace(NamedTuple):
     """When the stop is over; infinite while running. [s]"""
 
 
-class Task(NamedTuple):
+class RunTask(NamedTuple):
     """What a run is to keep to, and where it is written."""
 
     now_s: float
@@ -127,7 +127,9 @@ class Task(NamedTuple):
 
 
 @compiled
-def run(trains: Trains, row: int, place: RunPlace, task: Task) -> tuple[RunPlace, float, int]:
+def run(
+    trains: PlannedTrains, row: int, place: RunPlace, task: RunTask
+) -> tuple[RunPlace, float, int]:
     """
     Run a train from moment to moment.
 
@@ -181,7 +183,7 @@ def run(trains: Trains, row: int, place: RunPlace, task: Task) -> tuple[RunPlace
 
 
 @compiled
-def _stop_v2_m2ps2(trains: Trains, row: int, call: int) -> float:
+def _stop_v2_m2ps2(trains: PlannedTrains, row: int, call: int) -> float:
     """Return twice the brake potential at the stop of a call."""
     stop_m = min(trains.stop_m[row, call], trains.far_m)
     return float(braking_v2_at(trains.braking, row, stop_m))
@@ -189,7 +191,7 @@ def _stop_v2_m2ps2(trains: Trains, row: int, call: int) -> float:
 
 @compiled
 def _next_mps(
-    trains: Trains, row: int, front: float, speed: float, ends: tuple[float, float, float]
+    trains: PlannedTrains, row: int, front: float, speed: float, ends: tuple[float, float, float]
 ) -> tuple[float, bool]:
     """Return the speed after a step, and whether the end of authority makes it lower."""
     stop_v2, end_v2, cap_mps = ends

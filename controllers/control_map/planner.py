@@ -20,7 +20,7 @@ from kankaku.controllers.control_map.planned_map import (
     blank_map,
     scratch_for,
 )
-from kankaku.controllers.control_map.planned_run import RunPlace, Task, Trains, run
+from kankaku.controllers.control_map.planned_run import PlannedTrains, RunPlace, RunTask, run
 from kankaku.controllers.control_map.way_ahead import (
     Ends,
     EndsOfAuthority,
@@ -51,19 +51,19 @@ REACH_M = 3000.0
 """Bands and obstructions further ahead than this concern nobody. [m]"""
 
 
-class Scene(NamedTuple):
+class MapScene(NamedTuple):
     """What all runs of a map are made from."""
 
     grid: Grid
     known: Known
-    trains: Trains
+    trains: PlannedTrains
     order: Order
     obstructions: Obstructions
     horizon: Horizon
 
 
 @compiled
-def make_plan(scene: Scene, earlier: MapPlan) -> MapPlan:
+def make_plan(scene: MapScene, earlier: MapPlan) -> MapPlan:
     """
     Plan every train's run, leader first.
 
@@ -101,7 +101,9 @@ def make_plan(scene: Scene, earlier: MapPlan) -> MapPlan:
 
 
 @compiled
-def _look_ahead(scene: Scene, row: int, place: RunPlace, plan: MapPlan, scratch: Scratch) -> None:
+def _look_ahead(
+    scene: MapScene, row: int, place: RunPlace, plan: MapPlan, scratch: Scratch
+) -> None:
     """Write how far the way of a train is free at every moment, by bands and obstructions."""
     known, trains, order = scene.known, scene.trains, scene.order
     eoas = EndsOfAuthority(scratch.eoa_m, scratch.eoa_by)
@@ -123,7 +125,7 @@ def _look_ahead(scene: Scene, row: int, place: RunPlace, plan: MapPlan, scratch:
 
 @compiled
 def _plan_train(
-    scene: Scene, row: int, old: int, place: RunPlace, plan: MapPlan, scratch: Scratch
+    scene: MapScene, row: int, old: int, place: RunPlace, plan: MapPlan, scratch: Scratch
 ) -> None:
     """Write the run and the band of a train that may go as far as was looked ahead."""
     trains, eoas = scene.trains, EndsOfAuthority(scratch.eoa_m, scratch.eoa_by)
@@ -141,7 +143,7 @@ def _plan_train(
 
 @compiled
 def _at_present(
-    row: int, old: int, known: Known, earlier: MapPlan, trains: Trains, scratch: Scratch
+    row: int, old: int, known: Known, earlier: MapPlan, trains: PlannedTrains, scratch: Scratch
 ) -> RunPlace:
     """Return where a train is that has gone by what was planned before since its report."""
     since_s = known.since_s[row]
@@ -152,7 +154,7 @@ def _at_present(
     kept_m = earlier.free_m[row] if earlier.planned[row] else known.front_m[row]
     scratch.kept_v2_m2ps2[:] = braking_v2_at(trains.braking, row, kept_m)
     place = RunPlace(known.front_m[row], known.speed_mps[row], known.call[row], known.leaves_s[row])
-    task = Task(
+    task = RunTask(
         since_s,
         scratch.cap_mps[:old],
         scratch.kept_v2_m2ps2[: old + 1],
@@ -165,7 +167,7 @@ def _at_present(
 
 @compiled
 def _choose(
-    trains: Trains,
+    trains: PlannedTrains,
     row: int,
     place: RunPlace,
     grid: Grid,
@@ -178,7 +180,7 @@ def _choose(
         scratch.end_v2_m2ps2[moment] = braking_v2_at(trains.braking, row, bound_m)
     cap_mps = scratch.cap_mps[: grid.moments - 1]
     cap_mps[:] = np.inf
-    task = Task(grid.now_s, cap_mps, scratch.end_v2_m2ps2, written[0], written[1])
+    task = RunTask(grid.now_s, cap_mps, scratch.end_v2_m2ps2, written[0], written[1])
     after, arrival_s, hindered = run(trains, row, place, task)
     call = place.call + 1 if place.leaves_s < np.inf else place.call
     due_s = trains.booked_arrival_s[row, call] - trains.early_s
@@ -195,12 +197,12 @@ def _choose(
 
 @compiled
 def _slow_down(
-    trains: Trains,
+    trains: PlannedTrains,
     row: int,
     place: RunPlace,
     fastest: tuple[RunPlace, float, int],
     aims: Aims,
-    tasks: tuple[Task, Scratch],
+    tasks: tuple[RunTask, Scratch],
 ) -> None:
     """Write a slower run that comes as far, or arrives when it is due, if there is one."""
     (after, arrival_s, hindered), (task, scratch) = fastest, tasks
@@ -208,7 +210,7 @@ def _slow_down(
     # Once nothing is in its way any more it may run as it likes.
     held = hindered or task.cap_mps.size
     best_m = _reached_m(trains, row, after, arrival_s, aims)
-    trial = Task(
+    trial = RunTask(
         task.now_s,
         task.cap_mps,
         task.end_v2_m2ps2,
@@ -233,7 +235,7 @@ def _slow_down(
 
 @compiled
 def _write_rears(
-    scene: Scene,
+    scene: MapScene,
     row: int,
     old: int,
     scratch: Scratch,
@@ -260,7 +262,7 @@ def _write_rears(
 
 @compiled
 def _write_stopping(
-    trains: Trains,
+    trains: PlannedTrains,
     row: int,
     front_m: FloatArray,
     speed_mps: FloatArray,
@@ -296,7 +298,9 @@ def leaving_step(front_m: FloatArray, stands: bool) -> int:
 
 
 @compiled
-def _reached_m(trains: Trains, row: int, after: RunPlace, arrival_s: float, aims: Aims) -> float:
+def _reached_m(
+    trains: PlannedTrains, row: int, after: RunPlace, arrival_s: float, aims: Aims
+) -> float:
     """Return how far a run comes: on from a stop, and back what it has to catch up in speed."""
     if arrival_s < np.inf:
         on_m = aims.fastest_mps * (aims.end_s - arrival_s)

@@ -188,8 +188,8 @@ class Atd:
             self._control,
             self._line_ceiling,
         )
-        bounds, link = (eoa_m, ceiling_mps, self._no_delay_s), self._at_once.permission(eoa_m)
-        authority = Authority(*bounds, eoa_by, ceiling_by, link)
+        bounds, permission = (eoa_m, ceiling_mps, self._no_delay_s), self._at_once.permission(eoa_m)
+        authority = Authority(*bounds, eoa_by, ceiling_by, permission)
         return authority, after
 
     def eoa_behind_m(

@@ -177,8 +177,8 @@ class MultiStepAtc:
             (self._signals, self._blocks),
             self._line_ceiling,
         )
-        bounds, link = (eoa_m, ceiling_mps, self._no_delay_s), self._at_once.permission(eoa_m)
-        authority = Authority(*bounds, eoa_by, ceiling_by, link)
+        bounds, permission = (eoa_m, ceiling_mps, self._no_delay_s), self._at_once.permission(eoa_m)
+        authority = Authority(*bounds, eoa_by, ceiling_by, permission)
         return authority, Shown(sight, onboard)
 
     def eoa_behind_m(

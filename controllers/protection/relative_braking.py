@@ -43,7 +43,7 @@ class RelativeBrakingOptions:
         require("leader_brake_kmhps", self.leader_brake_kmhps, 0.5, 20.0)
 
 
-class Leaders(NamedTuple):
+class LeadersAhead(NamedTuple):
     """How hard trains brake; arrays of shape (n_trains,)."""
 
     braking: BrakeTable
@@ -75,7 +75,9 @@ class RelativeBraking:
         self.accepted: BoolArray = world.of_type("emergency_brake_mps2") <= brake_mps2
         """Trains that cannot stop shorter than assumed. shape (n_trains,)"""
         harder_mps2 = brake_mps2 - world.of_type("service_brake_mps2")
-        self._leaders = plain(Leaders(world.braking, self.accepted, harder_mps2, options.margin_m))
+        self._leaders = plain(
+            LeadersAhead(world.braking, self.accepted, harder_mps2, options.margin_m)
+        )
 
     def initial(self) -> tuple[()]:
         """
@@ -107,8 +109,8 @@ class RelativeBraking:
         granted, ahead = (state.granted_to_m, state.granted_by), (state.leader, state.follows)
         eoa_m, eoa_by = _eoas_m(state.whereabouts, granted, ahead, self._leaders)
         bounds = eoa_m, self.ceiling.ahead_mps(state), self._no_delay_s
-        link = self._at_once.permission(eoa_m)
-        return Authority(*bounds, eoa_by, self._own_ceiling, link), memory
+        permission = self._at_once.permission(eoa_m)
+        return Authority(*bounds, eoa_by, self._own_ceiling, permission), memory
 
     def eoa_behind_m(
         self,
@@ -168,13 +170,13 @@ class RelativeBraking:
 
 
 @compiled
-def _leaders(fields: Plain) -> Leaders:
+def _leaders(fields: Plain) -> LeadersAhead:
     braking, accepted, harder_mps2, margin_m = fields
-    return Leaders(BrakeTable(*braking), accepted, harder_mps2, margin_m)
+    return LeadersAhead(BrakeTable(*braking), accepted, harder_mps2, margin_m)
 
 
 @compiled
-def _stands_m(train: int, front_m: float, speed_mps: float, leaders: Leaders) -> float:
+def _stands_m(train: int, front_m: float, speed_mps: float, leaders: LeadersAhead) -> float:
     """Return where a front comes to a stand if its train brakes as hard as assumed."""
     if speed_mps <= 0.0:
         return front_m

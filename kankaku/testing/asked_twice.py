@@ -24,7 +24,7 @@ class Answered(NamedTuple):
     advice: Advice
 
 
-class Kept(NamedTuple):
+class KeptQuestion(NamedTuple):
     """A question as it was asked, and what was answered."""
 
     what: str
@@ -47,7 +47,7 @@ class AskedTwice:
         self._places = places
         self.reasons = self._operation.reasons
         self.said: list[Answered] = []
-        self.kept: list[Kept] = []
+        self.kept: list[KeptQuestion] = []
         self.problems: dict[str, str] = {}
         """The first thing that is wrong, by the name of the check."""
 
@@ -96,7 +96,7 @@ class AskedTwice:
         if not same(answer, second):
             self.note("same question, same answer", f"{what} answers differently", state)
         if len(self.said) % KEPT_EVERY == 0:
-            self.kept.append(Kept(what, before, answer))
+            self.kept.append(KeptQuestion(what, before, answer))
         return first
 
     def ask_again(self, fresh: Controller) -> None:
@@ -160,9 +160,9 @@ def authority_problems(authority: object, state: LineState) -> Iterator[str]:
     rows = {name: getattr(authority, name) for name in ("eoa_by", "ceiling_by")}
     yield from _malformed(numbers, "f", state)
     yield from _malformed(rows, "iu", state)
-    link: object = authority.link
-    if not isinstance(link, RadioPermission):
-        yield "link is no RadioPermission: AtOnce makes one where there is no radio"
+    permission: object = authority.permission
+    if not isinstance(permission, RadioPermission):
+        yield "permission is no RadioPermission: AtOnce makes one where there is no radio"
     if not all(_is_array(values, "f", state) for values in numbers.values()):
         return
     for name, values in numbers.items():

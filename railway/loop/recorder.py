@@ -78,7 +78,7 @@ class Recorder:
         self._speed_mps[at] = state.speed_mps
         self._eoa_m[at] = authority.eoa_m
         self._delay_s[at] = authority.delay_s
-        self._emergency[at] = authority.link.emergency
+        self._emergency[at] = authority.permission.emergency
         radio = state.radio
         telegrams = NO_VERSION if radio is None else radio.telegrams_version
         versions = state.calls_version, state.wayside_version, telegrams

@@ -168,7 +168,7 @@ class _Layers:
         if first:
             first.look_at(protection, authority)
         if wayside.unsettled:
-            wayside.settle(state, authority.link.covered_m)
+            wayside.settle(state, authority.permission.covered_m)
         advice, self._planned = operation.advise(state, authority, self._planned)
         if first:
             first.look_at(operation, advice)

@@ -55,7 +55,7 @@ class Bound(IntEnum):
     STOP = 4
     """The brake curve to the next stop."""
     EMERGENCY = 5
-    """The emergency brake of a train whose link says so."""
+    """The emergency brake of a train whose permission says so."""
     PEER = 6
     """Whatever the peer follows that drives the train."""
 

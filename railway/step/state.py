@@ -231,7 +231,7 @@ class Authority(NamedTuple):
     """
     ceiling_by: IntArray
     """What is ahead that makes the ceiling low; ``NOTHING`` where it is the line's own."""
-    link: RadioPermission
+    permission: RadioPermission
     """What came by radio; from :class:`AtOnce` for a protection that needs none."""
 
 

@@ -9,9 +9,9 @@ from scipy.optimize import brentq
 
 from kankaku.controllers.control_map.planned_run import (
     Pace,
+    PlannedTrains,
     RunPlace,
-    Task,
-    Trains,
+    RunTask,
     run,
     trains_of,
 )
@@ -36,7 +36,7 @@ def world_with(gradients: list[Gradient], limits: list[SpeedLimit]) -> World:
     return world_of(replace(scenario, step_s=0.1))
 
 
-def trains_on(world: World) -> Trains:
+def trains_on(world: World) -> PlannedTrains:
     return trains_of(world, Pace(STEP_S, 0.5, 0.0, 25.0))
 
 
@@ -93,7 +93,7 @@ def test_a_run_can_stop_before_its_limit_at_every_moment(
     end_v2 = braking_v2_each(trains.braking, np.zeros(MOMENTS, dtype=np.intp), eoa_m)
     place = RunPlace(400.0, slow, 1, np.inf)
     cap_mps = np.full(MOMENTS - 1, np.inf)
-    run(trains, 0, place, Task(0.0, cap_mps, end_v2, front_m, planned_mps))
+    run(trains, 0, place, RunTask(0.0, cap_mps, end_v2, front_m, planned_mps))
     for moment in range(0, MOMENTS, 6):
         stop_m = stops_at_m(world, front_m[moment], planned_mps[moment])
         assert stop_m <= eoa_m[moment] + 0.1
@@ -122,7 +122,7 @@ def test_a_free_run_is_the_run_that_the_drive_makes(
     for trains in (coarse, fine):
         moments = round(600.0 / trains.step_s) + 1
         nothing = np.full(moments, np.inf)
-        task = Task(0.0, nothing[1:], nothing, np.empty(moments), np.empty(moments))
+        task = RunTask(0.0, nothing[1:], nothing, np.empty(moments), np.empty(moments))
         _, arrival_s, hindered = run(trains, 0, RunPlace(300.0, 0.0, 1, np.inf), task)
         assert hindered == 0
         arrivals_s.append(arrival_s)

@@ -62,12 +62,12 @@ def drive_once(
         wayside_version=0,
     )
     nothing, train = np.array([NOTHING]), np.array([0])
-    link = AtOnce(1).permission(np.array([eoa_m]))
+    permission = AtOnce(1).permission(np.array([eoa_m]))
     bounds = np.array([eoa_m]), np.array([ceiling_mps]), np.zeros(1)
-    authority = Authority(*bounds, train, nothing, link)
+    authority = Authority(*bounds, train, nothing, permission)
     if emergency is not None:
-        link = RadioPermission(np.array([emergency]), np.full(1, np.inf), np.array([eoa_m]))
-        authority = authority._replace(link=link)
+        permission = RadioPermission(np.array([emergency]), np.full(1, np.inf), np.array([eoa_m]))
+        authority = authority._replace(permission=permission)
     advice = Advice(np.array([advised_mps]), np.array([0]), nothing)
     drive = TractionDrive(world)
     command = drive.command(state, authority, advice)

@@ -201,9 +201,9 @@ def test_a_limit_is_covered_until_all_trains_have_acknowledged_a_newer_one(
         state = behind(world, 900.0, 300.0, time_s=time_s)
         state = state._replace(radio=radio.update(time_s, state.present))
         authority, memory = protection.authorise(state, memory)
-        assert authority.link is not None
+        assert authority.permission is not None
         assert state.radio is not None
-        covered_m.append(authority.link.covered_m)
+        covered_m.append(authority.permission.covered_m)
         eoa_m.append(authority.eoa_m)
         known_s.append(float(state.radio.acknowledged_s.min()))
     heard = slice(20, None)

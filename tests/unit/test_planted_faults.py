@@ -95,8 +95,10 @@ class NothingMissing:
         authority, memory = self._protection.authorise(state, memory)
         newest = int(memory.sent.sent_s.argmax())
         covered_m = memory.sent.eoa_m[newest].max(axis=1)
-        assert authority.link is not None
-        return authority._replace(link=authority.link._replace(covered_m=covered_m)), memory
+        assert authority.permission is not None
+        return authority._replace(
+            permission=authority.permission._replace(covered_m=covered_m)
+        ), memory
 
 
 def test_a_work_zone_that_does_not_wait_for_acknowledgements_is_found(

@@ -149,9 +149,11 @@ class Unhurried:
 
     def authorise(self, state: LineState, memory: Any) -> tuple[Authority, Any]:  # noqa: ANN401
         authority, memory = self.honest.authorise(state, memory)
-        assert authority.link is not None
-        calm = authority.link._replace(emergency=np.zeros_like(authority.link.emergency))
-        return authority._replace(link=calm), memory
+        assert authority.permission is not None
+        calm = authority.permission._replace(
+            emergency=np.zeros_like(authority.permission.emergency)
+        )
+        return authority._replace(permission=calm), memory
 
 
 def test_commands_that_are_too_old_ask_for_the_emergency_brake() -> None:

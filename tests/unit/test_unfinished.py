@@ -24,9 +24,9 @@ CLOSURE = Closure("zone", Cause.FAILURE, ("main",), 900.0, 950.0, 0.0, np.inf, n
 def told(world: World, state: LineState) -> Unfinished:
     """Return what is said of the second train, permitted as far as its way is clear."""
     nothing = np.full(2, NOTHING, dtype=np.intp)
-    link = AtOnce(2).permission(state.clear_to_m)
+    permission = AtOnce(2).permission(state.clear_to_m)
     bounds = state.clear_to_m, np.full(2, 30.0), np.zeros(2)
-    authority = Authority(*bounds, nothing, nothing, link)
+    authority = Authority(*bounds, nothing, nothing, permission)
     done = np.array([True, False])
     ending = Ending(state, authority, done, Disruptions(closures=(CLOSURE,)))
     (item,) = unfinished(world, ending)
