@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tarfile
 from pathlib import Path
 
 import pytest
@@ -13,24 +14,41 @@ from tests.cli.command import PATIENCE_S, PROJECT
 LEFT_OUT = shutil.ignore_patterns(
     ".venv", ".git", "out", "build", "__pycache__", "*.egg-info", ".*"
 )
-SCENARIOS = ("rush_hour", "control_map", "sakai_case1", "sakai_case2", "sakai_case3", "binding")
+SCENARIOS = tuple(file.parent.name for file in (PROJECT / "scenarios").glob("*/scenario.toml"))
+BUILD = "import sys; from setuptools import build_meta; build_meta.build_sdist(sys.argv[1])"
+
+
+def python(*arguments: str | Path, tools: Path, cwd: Path | None = None) -> None:
+    """Run Python with the tools that build packages."""
+    subprocess.run(  # noqa: S603 - our own arguments
+        [sys.executable, *map(str, arguments)],
+        env={**os.environ, "PYTHONPATH": str(tools)},
+        cwd=cwd,
+        check=True,
+        capture_output=True,
+        timeout=PATIENCE_S,
+    )
 
 
 @pytest.fixture(scope="session")
-def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a copy of the sources, what builds them, and the archive of them."""
+    place = tmp_path_factory.mktemp("built")
+    source, tools = place / "source", place / "tools"
+    shutil.copytree(PROJECT, source, symlinks=True, ignore=LEFT_OUT)
+    python("-m", "pip", "install", "-q", "--target", tools, "setuptools>=77", tools=tools)
+    python("-c", BUILD, place / "archive", tools=tools, cwd=source)
+    return place
+
+
+@pytest.fixture(scope="session")
+def installed(built: Path) -> Path:
     """Return a folder with the program and the example package, as pip installs them."""
-    place = tmp_path_factory.mktemp("installed")
-    shutil.copytree(PROJECT, place / "source", symlinks=True, ignore=LEFT_OUT)
-    packages = [place / "source", place / "source" / "docs" / "examples" / "own_operation"]
-    subprocess.run(  # noqa: S603 - our own arguments
-        [
-            *(sys.executable, "-m", "pip", "install", "--quiet", "--no-deps"),
-            *map(str, ("--target", place / "site", *packages)),
-        ],
-        check=True,
-        timeout=PATIENCE_S,
-    )
-    return place / "site"
+    example = built / "source" / "docs" / "examples" / "own_operation"
+    (archive,) = (built / "archive").iterdir()
+    install = ("-m", "pip", "install", "-q", "--no-deps", "--no-build-isolation", "--target")
+    python(*install, built / "site", archive, example, tools=built / "tools")
+    return built / "site"
 
 
 @pytest.fixture(scope="session")
@@ -61,6 +79,16 @@ def told(installed: Path, stranger: Path, *arguments: str) -> str:
     assert done.returncode == 0, done.stderr
     answers: str = done.stdout
     return answers
+
+
+def test_the_archive_of_the_sources_has_files_and_no_links(built: Path) -> None:
+    """The rooms are links in the house, which no archive of another system needs to know."""
+    (archive,) = (built / "archive").iterdir()
+    with tarfile.open(archive) as packed:
+        members = packed.getmembers()
+    assert all(member.isfile() or member.isdir() for member in members)
+    names = {member.name.partition("/")[2] for member in members}
+    assert {"pyproject.toml", "README.md", "LICENSE", "kankaku/railway/plan/line.py"} <= names
 
 
 def test_the_wheel_has_one_name_types_scenarios_and_a_command(installed: Path) -> None:
