@@ -4,8 +4,9 @@ The command line: ``kankaku run rush_hour``, or ``python run.py scenarios/rush_h
 What is imported here is read before any command; each command imports what it needs itself.
 """
 
+from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeAlias
 
 import typer
 from typer.core import TyperGroup
@@ -36,6 +37,16 @@ from kankaku.commands.shared_options import (
 
 RUN = "run"
 """The command that need not be named."""
+NEARLY = 0.75
+"""How alike a word and a command are for it to be a slip, as ``difflib`` counts. [-]"""
+
+
+FirstSeed: TypeAlias = Annotated[
+    int | None, typer.Option(min=0, max=SEED_MAX, help="Seed of the dwell delays.")
+]
+Seeds: TypeAlias = Annotated[
+    int, typer.Option(min=1, max=MOST_SEEDS, help="Run this many seeds, counting up.")
+]
 
 
 class Commands(TyperGroup):
@@ -44,7 +55,17 @@ class Commands(TyperGroup):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - private type
         """Name the command where the user did not."""
         named = args and (args[0] in self.commands or args[0] == "--help")
+        named = named or (args and self._is_misspelt(args[0]))
         return super().parse_args(ctx, args if named else [RUN, *args])
+
+    def _is_misspelt(self, word: str) -> bool:
+        """Return whether a word is nearly a command, and nothing that could be run."""
+        shown = [name for name, command in self.commands.items() if not command.hidden]
+        if not get_close_matches(word, shown, n=1, cutoff=NEARLY) or Path(word).exists():
+            return False
+        from kankaku.scenarios.shipped import shipped_scenarios
+
+        return word not in shipped_scenarios()
 
     def invoke(self, ctx: Any) -> Any:  # noqa: ANN401 - private type
         """Run the command; whoever interrupts it, at any moment, reads one sentence."""
@@ -72,6 +93,7 @@ def _end(status: int) -> None:
         raise typer.Exit(status)
 
 
+@app.command("compare", hidden=True)
 @app.command(RUN)
 def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
     scenario: Annotated[
@@ -84,12 +106,8 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
     ] = None,
     controller: Names = None,
     settings: Settings = None,
-    seed: Annotated[
-        int | None, typer.Option(min=0, max=SEED_MAX, help="Seed of the dwell delays.")
-    ] = None,
-    seeds: Annotated[
-        int, typer.Option(min=1, max=MOST_SEEDS, help="Run this many seeds, counting up.")
-    ] = 1,
+    seed: FirstSeed = None,
+    seeds: Seeds = 1,
     step: Step = None,
     jobs: Jobs = PROCESSORS,
     out: Out = OUT,

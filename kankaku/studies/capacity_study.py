@@ -6,7 +6,7 @@ them. ``run.py capacity`` gives this a command line.
 """
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -43,7 +43,7 @@ from kankaku.store.holding import held
 from kankaku.studies.provenance import provenance_of
 from kankaku.studies.study import Registered, Study, StudyError, StudyResult, registered, world_of
 from kankaku.studies.two_trains import foresight_of, simulated_headway_s
-from kankaku.workers import Failure, attempt, performed
+from kankaku.workers import Done, Failure, attempt, performed
 
 GRID_M = 50.0
 """Length of a stretch of line where there are no blocks. [m]"""
@@ -140,21 +140,11 @@ def assess_capacity(
         if alike in headways
     }
     tasks: list[Task] = [*map(ByTheory, headways), *_checks(check, by_theory_s)]
-    theory: dict[str, CapacityAssessment] = {}
     simulated_s = {name: np.full(len(known_s), np.nan) for name, known_s in by_theory_s.items()}
     answers = performed(
         partial(_perform, study, registered(study.specs)), tasks, study.jobs, folder=work
     )
-    for finished, done in enumerate(answers, start=1):
-        name, answer = done.task.controller, done.result
-        if isinstance(answer, CapacityAssessment):
-            theory[name] = answer
-        elif answer is not None:
-            known_s = simulated_s[name]
-            simulated_s[name] = np.where(np.isnan(answer), known_s, answer)
-        elif done.failure is not None:
-            failed[name] = done.failure
-        progress(finished, len(tasks))
+    theory = _gathered(answers, simulated_s, failed, lambda done: progress(done, len(tasks)))
     for name, alike in first_alike.items():
         if alike in failed and alike not in theory:
             failed[name] = failed[alike]
@@ -164,6 +154,26 @@ def assess_capacity(
         if alike in theory
     )
     return Assessed(tuple(assessments), failed)
+
+
+def _gathered(
+    answers: Iterable[Done[Task, CapacityAssessment | FloatArray]],
+    simulated_s: dict[str, FloatArray],
+    failed: dict[str, Failure],
+    tell: Callable[[int], None],
+) -> dict[str, CapacityAssessment]:
+    """Return what theory says; put beside it what was simulated, and what failed."""
+    theory: dict[str, CapacityAssessment] = {}
+    for finished, done in enumerate(answers, start=1):
+        name, answer = done.task.controller, done.result
+        if isinstance(answer, CapacityAssessment):
+            theory[name] = answer
+        elif answer is not None:
+            simulated_s[name] = np.where(np.isnan(answer), simulated_s[name], answer)
+        elif done.failure is not None:
+            failed[name] = done.failure
+        tell(finished)
+    return theory
 
 
 def _headways(

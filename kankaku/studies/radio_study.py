@@ -268,17 +268,22 @@ def _simulated(
     if not cases:
         return RadioResult(folder, None, sentences)
     whole = tuple(system for number, system in enumerate(plan.systems) if number not in failed)
-    told = {
-        **provenance_of(study, StudyResult(folder), time.perf_counter() - started),
-        "radio_network_sha256": plan.digest,
+    provenance = provenance_of(study, StudyResult(folder), time.perf_counter() - started)
+    told = {**provenance, **_asked(question), "failed": sentences}
+    plan = replace(plan, systems=whole)
+    tables = publish_radio(folder, study.scenario.title, run, plan, cases, points, told)
+    return RadioResult(folder, tables, sentences)
+
+
+def _asked(question: Question) -> dict[str, object]:
+    """Return what the load was worked out from."""
+    run = question.run
+    return {
+        "radio_network_sha256": question.plan.digest,
         "run": {
             "results": str(run.folder),
             "controller": run.controller,
             "seed": run.seed,
             "scenario_sha256": run.scenario_digest,
         },
-        "failed": sentences,
     }
-    plan = replace(plan, systems=whole)
-    tables = publish_radio(folder, study.scenario.title, run, plan, cases, points, told)
-    return RadioResult(folder, tables, sentences)

@@ -30,6 +30,7 @@ from kankaku.railway.places import CACHE, chosen_cache, refuse_unwritable, tempo
 from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World, build_world
+from kankaku.railway.step.control import Controller
 from kankaku.railway.step.records import RunRecord
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.shipped import folder_of
@@ -135,13 +136,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         raise StudyError("; ".join(f"{item.leg.train_type}: {item}" for item in weak))
     world = world_of(scenario, step_s)
     delays_s = scenario.dwell_delays.draw(scenario.timetable, seed)
-    bare = registry.build(spec, world, scenario.radio)
-    controller = replace(
-        bare,
-        protection=wrap("protection", bare.protection),
-        operation=wrap("operation", bare.operation),
-        drive=wrap("drive", bare.drive),
-    )
+    controller = _wrapped(registry.build(spec, world, scenario.radio), wrap)
     peer = registry.PEERS[spec.peer] if spec.peer else None
     write = partial(build_native, moving_block=peer.moving_block) if peer else build
     engine: type[NativeEngine | SumoEngine] = NativeEngine if peer else SumoEngine
@@ -166,6 +161,15 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         if record is None or not record.failure:
             raise
     return record
+
+
+def _wrapped(bare: Controller, wrap: Callable[[str, Any], Any]) -> Controller:
+    return replace(
+        bare,
+        protection=wrap("protection", bare.protection),
+        operation=wrap("operation", bare.operation),
+        drive=wrap("drive", bare.drive),
+    )
 
 
 def _run_of(scenario: Scenario, world: World, delays_s: FloatArray, seed: int) -> Run:

@@ -55,6 +55,10 @@ def loop_station_scenario(
         ),
         turnouts=(Turnout("fan", 1000.0, 940.0, 1060.0), Turnout("throat", 1800.0, 1740.0, 1860.0)),
     )
+    return make_scenario(line, _services(trains, headway_s, one_starts_inside=one_starts_inside))
+
+
+def _services(trains: int, headway_s: float, *, one_starts_inside: bool) -> list[Service]:
     services = []
     for index in range(trains):
         ready_s = READY_S + index * headway_s
@@ -71,4 +75,4 @@ def loop_station_scenario(
             Call("east", "out", 2400.0, READY_S + 275.0, READY_S + 305.0, 25.0),
         )
         services.insert(1, Service("S1", "mid", "commuter", ("south", "out"), inside))
-    return make_scenario(line, services)
+    return services

@@ -2,10 +2,12 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
-from tests.cli.command import PROJECT, kankaku
+from tests.cli.command import PROJECT, kankaku, refused
+from tests.unit.scenario_folder import write_scenario
 
 LIBRARIES = {"numpy", "pandas", "numba", "libsumo", "simpy", "matplotlib"}
 SLOW_PARTS = {"scipy.optimize", "scipy.special", "matplotlib"}
@@ -38,9 +40,19 @@ def test_a_run_begins_without_what_only_some_of_its_parts_need() -> None:
     assert not SLOW_PARTS & imported_by("from kankaku.commands import run_shown")
 
 
-def test_help_names_every_command_but_the_old_word_for_one() -> None:
+def test_help_names_every_command_but_the_former_words_for_them() -> None:
     told = kankaku("--help").answers
     for command in ("run", "capacity", "campaign", "radio", "availability", "check-controller"):
         assert f" {command} " in told
-    assert " faults " not in told
-    assert kankaku("faults", "--help").status == 0
+    for former in ("faults", "compare"):
+        assert f"│ {former} " not in told
+        assert kankaku(former, "--help").status == 0
+
+
+def test_a_slip_of_a_command_is_told_as_that_and_a_folder_is_none(tmp_path: Path) -> None:
+    told = refused("capcity", "rush_hour")
+    assert "No such command 'capcity'" in told
+    assert "'capacity'" in told
+    folder = write_scenario(tmp_path / "capcity")
+    assert "Nothing to run" not in refused(folder, "--controller", "unheard_of")
+    assert "no such folder" in refused("capacitor_bank")
