@@ -172,6 +172,8 @@ def checked(layer: object, where: str) -> Layer:
         raise PluginError(where, f"is a {type(layer).__name__}", "a kankaku.Layer")
     if not callable(layer.build):
         raise PluginError(where, f"is built by {layer.build!r}", "a class or a function")
+    if not isinstance(layer.summary, str) or not isinstance(layer.medium, Medium):
+        raise PluginError(where, "tells of itself otherwise", "a text, and a kankaku.Medium")
     if not isinstance(layer.options, type) or not is_dataclass(layer.options):
         raise PluginError(where, f"has {layer.options!r} for options", "a frozen dataclass")
     try:

@@ -16,7 +16,8 @@ from tests.cli.command import BAD_INPUT, kankaku
 from tests.unit.scenario_folder import write_scenario
 
 MODULE = "tests.unit.foreign_layers"
-NAMES = ("good", "whole", "required", "unheard", "no_options", "no_build", "falls", "silent")
+REFUSED = ("whole", "required", "unheard", "no_options", "no_build", "no_summary")
+NAMES = ("good", *REFUSED, "falls", "silent")
 
 
 @pytest.fixture(autouse=True)
@@ -36,6 +37,7 @@ def offered(monkeypatch: pytest.MonkeyPatch) -> Mapping[str, tuple[EntryPoint, .
         ("required", "Required.slowest_kmh has no default"),
         ("unheard", "NameError: name 'Kilometres' is not defined"),
         ("no_options", "has None for options; allowed: a frozen dataclass"),
+        ("no_summary", "tells of itself otherwise; allowed: a text"),
         ("no_build", "is built by None; allowed: a class or a function"),
     ],
 )
@@ -86,7 +88,7 @@ def test_others_run_and_are_listed_beside_packages_that_cannot_be_used(tmp_path:
     assert kankaku("run", folder, *chosen, "--jobs", "1", "--out", tmp_path / "out").status == 0
     listed = kankaku("--list-controllers", width=400)
     assert listed.status == 0
-    for name in NAMES[1:6]:
+    for name in REFUSED:
         assert f"operation '{name}' of {MODULE}:{name.upper()}:" in listed.answers
     assert f"goes close up (package {MODULE}:GOOD)" in listed.answers
     assert "operation 'eco'" in listed.answers
