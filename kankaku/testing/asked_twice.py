@@ -168,6 +168,8 @@ def authority_problems(authority: object, state: LineState) -> Iterator[str]:
     for name, values in numbers.items():
         if np.isnan(values).any():
             yield f"{name} is not a number for a train"
+    if not np.isfinite(numbers["eoa_m"]).all():
+        yield "eoa_m is not finite for a train"
     if (numbers["ceiling_mps"][state.present] < 0.0).any():
         yield "ceiling_mps is negative for a train on the line"
 

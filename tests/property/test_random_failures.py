@@ -19,7 +19,7 @@ from tests.property.runs import READY_S, run
 from tests.property.test_control_maps import days
 from tests.unit.test_unit_failures import SPEC, Listener, failing, two_trains
 
-DAYS = settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+DAYS = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 @st.composite
