@@ -95,23 +95,7 @@ class TractionDrive:
         self._calls_version = NO_VERSION
 
     def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
-        """
-        Return the speed at the end of the step for every train.
-
-        Parameters
-        ----------
-        state
-            The line.
-        authority
-            What protection permits.
-        advice
-            What operation asks for.
-
-        Returns
-        -------
-        Command
-            Next speeds and their bounds.
-        """
+        """Return the speed at the end of the step for every train."""
         if state.calls_version != self._calls_version:
             self._calls_version = state.calls_version
             v2_m2ps2 = braking_v2_each(self._braking, self._rows, state.stop_m)

@@ -48,21 +48,7 @@ class Unbounded:
         """Return the memory before the first step: none is needed."""
 
     def authorise(self, state: LineState, memory: None) -> tuple[Authority, None]:
-        """
-        Return authority without bounds.
-
-        Parameters
-        ----------
-        state
-            The line.
-        memory
-            None.
-
-        Returns
-        -------
-        tuple[Authority, None]
-            The same authority every step.
-        """
+        """Return authority without bounds."""
         del state
         return self._authority, memory
 
@@ -79,23 +65,7 @@ class Unadvised:
         """Return the memory before the first step: none is needed."""
 
     def advise(self, state: LineState, authority: Authority, memory: None) -> tuple[Advice, None]:
-        """
-        Return advice that lowers nothing.
-
-        Parameters
-        ----------
-        state
-            The line.
-        authority
-            Of :class:`Unbounded`.
-        memory
-            None.
-
-        Returns
-        -------
-        tuple[Advice, None]
-            The same advice every step.
-        """
+        """Return advice that lowers nothing."""
         del state, authority
         return self._advice, memory
 
@@ -104,21 +74,7 @@ class Onlooker:
     """Stands in for the drive: commands nothing that the engine would follow."""
 
     def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
-        """
-        Return the present speeds.
-
-        Parameters
-        ----------
-        state
-            The line.
-        authority, advice
-            Not looked at.
-
-        Returns
-        -------
-        Command
-            Present speeds, which are their own only bound.
-        """
+        """Return the present speeds."""
         del authority, advice
         bound = np.full(state.speed_mps.size, Bound.PEER, dtype=np.intp)
         return Command(state.speed_mps, state.speed_mps[np.newaxis], bound)

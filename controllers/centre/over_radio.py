@@ -126,14 +126,7 @@ class OverRadio:
         self._slots = math.ceil((HORIZON_S + radio.delay_most_s) / radio.cycle_s) + 2
 
     def initial(self) -> OnAir:
-        """
-        Return the memory before the first step.
-
-        Returns
-        -------
-        OnAir
-            Nobody has said anything: all trains are to stay at their origin.
-        """
+        """Return the memory before the first step."""
         size, slots = self._world.size, self._slots
         nowhere = np.full(size, -np.inf)
         slots_m = np.full((slots, size), -np.inf)
@@ -155,22 +148,7 @@ class OverRadio:
         )
 
     def authorise(self, state: LineState, memory: OnAir) -> tuple[Authority, OnAir]:
-        """
-        Return the authority of every train.
-
-        Parameters
-        ----------
-        state
-            The line.
-        memory
-            What centre and trains remember.
-
-        Returns
-        -------
-        tuple[Authority, OnAir]
-            Ends by the telegrams last heard, ceilings worked out on board, who brakes in
-            emergency, and the next memory.
-        """
+        """Return the authority of every train."""
         radio, present = radio_of(state), state.present
         reports = take_reports(memory.reports, state, radio, self._radio)
         if state.events.cleared:
@@ -262,47 +240,11 @@ class OverRadio:
         leader_front_m: FloatArray,
         leader_speed_mps: FloatArray,
     ) -> FloatArray:
-        """
-        Return the ends of authority of a train behind its leader, once it has heard of them.
-
-        Parameters
-        ----------
-        row
-            The train.
-        call
-            Its next call.
-        leader
-            Row of its leader, which goes or stands on its way.
-        leader_front_m
-            Where the leader's front may be. [m], shape (n_places,)
-        leader_speed_mps
-            Its speed there. [m/s], shape (n_places,)
-
-        Returns
-        -------
-        FloatArray
-            The front must be able to stop before this. [m], shape (n_places,)
-        """
+        """Return the ends of authority of a train behind its leader, once it has heard of them."""
         return self._inner.eoa_behind_m(row, call, leader, leader_front_m, leader_speed_mps)
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
-        """
-        Return the speed that is permitted to a front before an end of authority that stays.
-
-        Parameters
-        ----------
-        row
-            The train.
-        front_m
-            Places of its front. [m], shape (n_places,)
-        eoa_m
-            Its ends of authority. [m], shape (n_places,)
-
-        Returns
-        -------
-        FloatArray
-            Speeds. [m/s], shape (n_places,)
-        """
+        """Return the speed that is permitted to a front before an end of authority that stays."""
         return self._inner.permitted_mps(row, front_m, eoa_m)
 
 

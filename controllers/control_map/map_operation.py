@@ -43,23 +43,7 @@ class FollowPlan:
         authority: Authority,
         memory: None,  # noqa: ARG002
     ) -> tuple[Advice, None]:
-        """
-        Return the commanded speeds.
-
-        Parameters
-        ----------
-        state
-            The line.
-        authority
-            What protection permits, with what came by radio.
-        memory
-            None.
-
-        Returns
-        -------
-        tuple[Advice, None]
-            The speeds, and no memory.
-        """
+        """Return the commanded speeds."""
         commanded_mps = authority.permission.commanded_mps
         reason = np.where(np.isfinite(commanded_mps), CONTROL_MAP, NO_REASON)
         ceiling_mps = np.minimum(commanded_mps, NO_CEILING_MPS)

@@ -119,14 +119,7 @@ class ControlMap:
         self._tempo = plain(Tempo(world.step_s, UPDATE_S))
 
     def initial(self) -> Memory:
-        """
-        Return the memory before the first step.
-
-        Returns
-        -------
-        Memory
-            Nobody has said anything.
-        """
+        """Return the memory before the first step: nobody has said anything."""
         size = self._world.size
         curves = np.zeros((4, size, self._horizon.moments))
         nobody, nowhere = np.zeros(size, dtype=np.bool_), np.full(size, -np.inf)
@@ -154,21 +147,7 @@ class ControlMap:
         )
 
     def authorise(self, state: LineState, memory: Memory) -> tuple[Authority, Memory]:
-        """
-        Return the authority of every train.
-
-        Parameters
-        ----------
-        state
-            The line.
-        memory
-            From the step before.
-
-        Returns
-        -------
-        tuple[Authority, Memory]
-            Ends, ceilings and what came by radio, and the next memory.
-        """
+        """Return the authority of every train."""
         seen, aboard = state, memory.aboard
         if state.units is not None:
             allowance_m = 0.5 * self._options.margin_m
@@ -273,48 +252,12 @@ class ControlMap:
         leader_front_m: FloatArray,
         leader_speed_mps: FloatArray,  # noqa: ARG002 - the leader is taken as standing
     ) -> FloatArray:
-        """
-        Return the end of authority of a train behind its leader.
-
-        Parameters
-        ----------
-        row
-            The train.
-        call
-            Its next call.
-        leader
-            Row of its leader.
-        leader_front_m
-            Where the leader's front may be. [m], shape (n_places,)
-        leader_speed_mps
-            Its speed there. [m/s], shape (n_places,)
-
-        Returns
-        -------
-        FloatArray
-            The front must be able to stop before this. [m], shape (n_places,)
-        """
+        """Return the end of authority of a train behind its leader."""
         behind_m: FloatArray = leader_front_m - self._world.length_m[leader]
         return behind_m - self._options.margin_m
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
-        """
-        Return the speed from which the service brake keeps an end of authority that stays.
-
-        Parameters
-        ----------
-        row
-            The train.
-        front_m
-            Places of its front. [m], shape (n_places,)
-        eoa_m
-            Its ends of authority. [m], shape (n_places,)
-
-        Returns
-        -------
-        FloatArray
-            Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
-        """
+        """Return the speed from which the service brake keeps an end of authority that stays."""
         braked_mps = braked_to_mps(self._world, row, (front_m, eoa_m))
         return np.minimum(braked_mps, self._ceiling.at_mps(row, front_m))
 

@@ -113,14 +113,7 @@ class ApproachPointControl:
         self._known: dict[tuple[object, ...], Near | None] = {}
 
     def initial(self) -> ApproachPlans:
-        """
-        Return the memory before the first step.
-
-        Returns
-        -------
-        ApproachPlans
-            No train has a plan.
-        """
+        """Return the memory before the first step: no train has a plan."""
         size = self._world.size
         return _with_curves(
             ApproachPlans(
@@ -143,23 +136,7 @@ class ApproachPointControl:
     def advise(
         self, state: LineState, authority: Authority, memory: ApproachPlans
     ) -> tuple[Advice, ApproachPlans]:
-        """
-        Return the advice for every train.
-
-        Parameters
-        ----------
-        state
-            The line.
-        authority
-            What protection permits.
-        memory
-            ApproachPlans so far.
-
-        Returns
-        -------
-        tuple[Advice, ApproachPlans]
-            Ceilings, and the next memory.
-        """
+        """Return the advice for every train."""
         del authority
         if state.events:
             memory = self._plan(state, memory)

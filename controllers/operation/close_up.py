@@ -48,22 +48,6 @@ class CloseUp:
         """Return the memory before the first step: none is needed."""
 
     def advise(self, state: LineState, authority: Authority, memory: None) -> tuple[Advice, None]:
-        """
-        Return advice that lowers nothing.
-
-        Parameters
-        ----------
-        state
-            The line.
-        authority
-            What protection permits.
-        memory
-            None.
-
-        Returns
-        -------
-        tuple[Advice, None]
-            The same advice every step.
-        """
+        """Return advice that lowers nothing."""
         del state, authority
         return self._advice, memory

@@ -107,14 +107,7 @@ class Eco:
         self._nothing = no_advice(world.size)
 
     def initial(self) -> EcoPlans:
-        """
-        Return the memory before the first step.
-
-        Returns
-        -------
-        EcoPlans
-            No train has a plan.
-        """
+        """Return the memory before the first step: no train has a plan."""
         size = self._world.size
         return EcoPlans(
             since_s=np.full(size, np.inf),
@@ -128,23 +121,7 @@ class Eco:
     def advise(
         self, state: LineState, authority: Authority, memory: EcoPlans
     ) -> tuple[Advice, EcoPlans]:
-        """
-        Return the advice for every train.
-
-        Parameters
-        ----------
-        state
-            The line.
-        authority
-            What protection permits.
-        memory
-            EcoPlans so far.
-
-        Returns
-        -------
-        tuple[Advice, EcoPlans]
-            Ceilings, and the next memory.
-        """
+        """Return the advice for every train."""
         if state.events:
             memory = self._with_events(state, memory)
         if not memory.points.size:

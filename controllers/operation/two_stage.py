@@ -87,36 +87,13 @@ class TwoStage:
         self._ceiling_mps = foresight.profile.ceiling_mps
 
     def initial(self) -> TwoStagePlans:
-        """
-        Return the memory before the first step.
-
-        Returns
-        -------
-        TwoStagePlans
-            No train is pre-decelerating.
-        """
+        """Return the memory before the first step: no train is pre-decelerating."""
         return TwoStagePlans(np.full(self._world.size, NO_CEILING_MPS), np.inf)
 
     def advise(
         self, state: LineState, authority: Authority, memory: TwoStagePlans
     ) -> tuple[Advice, TwoStagePlans]:
-        """
-        Return the advice for every train.
-
-        Parameters
-        ----------
-        state
-            The line.
-        authority
-            What protection permits.
-        memory
-            Pre-decelerations under way.
-
-        Returns
-        -------
-        tuple[Advice, TwoStagePlans]
-            Ceilings, and the next memory.
-        """
+        """Return the advice for every train."""
         if self._pre_deceleration and (state.events or state.time_s >= memory.next_release_s):
             memory = self._plan(state)
         ceiling_mps, reason, cause = _lowest(

@@ -151,33 +151,12 @@ class Atd:
         self._line_ceiling = plain(self._ceiling.figures)
 
     def initial(self) -> Braked:
-        """
-        Return the memory before the first step.
-
-        Returns
-        -------
-        Braked
-            No brake is applied.
-        """
+        """Return the memory before the first step: no brake is applied."""
         size = self._world.size
         return Braked(self._detection.blind(), np.zeros(size), np.zeros(size, dtype=np.bool_))
 
     def authorise(self, state: LineState, memory: Braked) -> tuple[Authority, Braked]:
-        """
-        Return the authority of every train.
-
-        Parameters
-        ----------
-        state
-            The line.
-        memory
-            What trackside and trains remember.
-
-        Returns
-        -------
-        tuple[Authority, Braked]
-            Ends before occupied circuits, ceilings by pattern and line, and the next memory.
-        """
+        """Return the authority of every train."""
         sight = self._detection.look_ahead(state, memory.sight)
         after = Braked(sight, memory.brake_mps2.copy(), memory.tripped.copy())
         eoa_m, ceiling_mps, eoa_by, ceiling_by = _authorise(
@@ -200,49 +179,13 @@ class Atd:
         leader_front_m: FloatArray,
         leader_speed_mps: FloatArray,  # noqa: ARG002 - the leader is taken as standing
     ) -> FloatArray:
-        """
-        Return the end of authority of a train behind its leader.
-
-        Parameters
-        ----------
-        row
-            The train.
-        call
-            Its next call.
-        leader
-            Row of its leader, which goes or stands on its way.
-        leader_front_m
-            Where the leader's front may be. [m], shape (n_places,)
-        leader_speed_mps
-            Its speed there. [m/s], shape (n_places,)
-
-        Returns
-        -------
-        FloatArray
-            The front must be able to stop before this. [m], shape (n_places,)
-        """
+        """Return the end of authority of a train behind its leader."""
         tail_m = leader_front_m - self._world.length_m[leader]
         detection = self._detection
         return detection.boundary_m(row, detection.circuits, tail_m) - self._options.overlap_m
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
-        """
-        Return the control pattern that a train is sent before an end of authority that stays.
-
-        Parameters
-        ----------
-        row
-            The train.
-        front_m
-            Places of its front. [m], shape (n_places,)
-        eoa_m
-            Its ends of authority. [m], shape (n_places,)
-
-        Returns
-        -------
-        FloatArray
-            Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
-        """
+        """Return the control pattern that a train is sent before an end of authority that stays."""
         stop_m = np.minimum(eoa_m, self._world.far_m)
         pattern_mps = control_patterns_mps(row, front_m, stop_m, self._patterns)
         return np.minimum(pattern_mps, self._ceiling.at_mps(row, front_m))

@@ -151,32 +151,11 @@ class MovingBlock:
         )
 
     def initial(self) -> Ahead:
-        """
-        Return the memory before the first step.
-
-        Returns
-        -------
-        Ahead
-            Of no call.
-        """
+        """Return the memory before the first step: nothing is known of any call."""
         return Ahead(NO_VERSION, np.zeros((2, 0)))
 
     def authorise(self, state: LineState, memory: Ahead) -> tuple[Authority, Ahead]:
-        """
-        Return the authority of every train.
-
-        Parameters
-        ----------
-        state
-            The line.
-        memory
-            Platform sections ahead.
-
-        Returns
-        -------
-        tuple[Authority, Ahead]
-            Ends, ceilings and delays, and the next memory.
-        """
+        """Return the authority of every train."""
         if state.calls_version != memory.calls_version:
             rows = np.arange(self._world.size)
             memory = Ahead(state.calls_version, self._world.platform_m[:, rows, state.next_call])
@@ -205,47 +184,13 @@ class MovingBlock:
         Return the end of authority that a train outside the platform will have.
 
         It counts on the balises before the end of authority, which the train will have passed.
-
-        Parameters
-        ----------
-        row
-            The train.
-        call
-            Its next call.
-        leader
-            Row of its leader, which goes or stands on its way.
-        leader_front_m
-            Where the leader's front may be. [m], shape (n_places,)
-        leader_speed_mps
-            Its speed there. [m/s], shape (n_places,)
-
-        Returns
-        -------
-        FloatArray
-            The front must be able to stop before this. [m], shape (n_places,)
         """
         start_m, end_m = self._world.platform_m[:, row, call]
         length_m = self._world.length_m[leader]
         return _eoas_behind_m(leader_front_m, length_m, (start_m, end_m), self._spacing)
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
-        """
-        Return the speed from which the service brake keeps an end of authority that stays.
-
-        Parameters
-        ----------
-        row
-            The train.
-        front_m
-            Places of its front. [m], shape (n_places,)
-        eoa_m
-            Its ends of authority. [m], shape (n_places,)
-
-        Returns
-        -------
-        FloatArray
-            Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
-        """
+        """Return the speed from which the service brake keeps an end of authority that stays."""
         braked_mps = braked_to_mps(self._world, row, (front_m, eoa_m), self.delay_s)
         return np.minimum(braked_mps, self.ceiling.at_mps(row, front_m))
 

@@ -139,34 +139,13 @@ class MultiStepAtc:
         )
 
     def initial(self) -> Shown:
-        """
-        Return the memory before the first step.
-
-        Returns
-        -------
-        Shown
-            No train has been shown anything.
-        """
+        """Return the memory before the first step: no train has been shown anything."""
         onboard = np.zeros((3, self._world.size))
         onboard[TAKES_EFFECT_S] = np.inf
         return Shown(self._detection.blind(), onboard)
 
     def authorise(self, state: LineState, memory: Shown) -> tuple[Authority, Shown]:
-        """
-        Return the authority of every train.
-
-        Parameters
-        ----------
-        state
-            The line.
-        memory
-            What trackside and trains remember.
-
-        Returns
-        -------
-        tuple[Authority, Shown]
-            Ends at occupied blocks, ceilings by code and line, and the next memory.
-        """
+        """Return the authority of every train."""
         sight = self._detection.look_ahead(state, memory.sight)
         onboard = memory.onboard.copy()
         eoa_m, ceiling_mps, eoa_by, ceiling_by = _authorise(
@@ -189,27 +168,7 @@ class MultiStepAtc:
         leader_front_m: FloatArray,
         leader_speed_mps: FloatArray,  # noqa: ARG002 - the leader is taken as standing
     ) -> FloatArray:
-        """
-        Return the end of authority of a train behind its leader.
-
-        Parameters
-        ----------
-        row
-            The train.
-        call
-            Its next call.
-        leader
-            Row of its leader, which goes or stands on its way.
-        leader_front_m
-            Where the leader's front may be. [m], shape (n_places,)
-        leader_speed_mps
-            Its speed there. [m/s], shape (n_places,)
-
-        Returns
-        -------
-        FloatArray
-            The front must be able to stop before this. [m], shape (n_places,)
-        """
+        """Return the end of authority of a train behind its leader."""
         detection = self._detection
         tail_m = leader_front_m - self._world.length_m[leader]
         occupied_m = detection.boundary_m(row, detection.circuits, tail_m)
@@ -217,23 +176,7 @@ class MultiStepAtc:
         return boundary_m - self._options.overlap_m
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
-        """
-        Return the code that a train is shown before an end of authority that stays.
-
-        Parameters
-        ----------
-        row
-            The train.
-        front_m
-            Places of its front. [m], shape (n_places,)
-        eoa_m
-            Its ends of authority. [m], shape (n_places,)
-
-        Returns
-        -------
-        FloatArray
-            Code, or the line ceiling where that is lower. [m/s], shape (n_places,)
-        """
+        """Return the code that a train is shown before an end of authority that stays."""
         codes_mps = _codes_mps(
             front_m,
             eoa_m + self._options.overlap_m,

@@ -80,32 +80,11 @@ class RelativeBraking:
         )
 
     def initial(self) -> tuple[()]:
-        """
-        Return the memory before the first step.
-
-        Returns
-        -------
-        tuple[()]
-            There is nothing to remember.
-        """
+        """Return the memory before the first step: there is nothing to remember."""
         return ()
 
     def authorise(self, state: LineState, memory: tuple[()]) -> tuple[Authority, tuple[()]]:
-        """
-        Return the authority of every train.
-
-        Parameters
-        ----------
-        state
-            The line.
-        memory
-            Nothing.
-
-        Returns
-        -------
-        tuple[Authority, tuple[()]]
-            Ends and ceilings, and nothing to remember.
-        """
+        """Return the authority of every train."""
         granted, ahead = (state.granted_to_m, state.granted_by), (state.leader, state.follows)
         eoa_m, eoa_by = _eoas_m(state.whereabouts, granted, ahead, self._leaders)
         bounds = eoa_m, self.ceiling.ahead_mps(state), self._no_delay_s
@@ -120,27 +99,7 @@ class RelativeBraking:
         leader_front_m: FloatArray,
         leader_speed_mps: FloatArray,
     ) -> FloatArray:
-        """
-        Return the end of authority of a train behind its leader.
-
-        Parameters
-        ----------
-        row
-            The train.
-        call
-            Its next call.
-        leader
-            Row of its leader, which goes or stands on its way.
-        leader_front_m
-            Where the leader's front may be. [m], shape (n_places,)
-        leader_speed_mps
-            Its speed there. [m/s], shape (n_places,)
-
-        Returns
-        -------
-        FloatArray
-            The front must be able to stop before this. [m], shape (n_places,)
-        """
+        """Return the end of authority of a train behind its leader."""
         stands_m = leader_front_m
         if self.accepted[leader]:
             stands_m = _stands_each_m(leader, leader_front_m, leader_speed_mps, self._leaders)
@@ -148,23 +107,7 @@ class RelativeBraking:
         return eoas_m
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
-        """
-        Return the speed from which the service brake keeps an end of authority that stays.
-
-        Parameters
-        ----------
-        row
-            The train.
-        front_m
-            Places of its front. [m], shape (n_places,)
-        eoa_m
-            Its ends of authority. [m], shape (n_places,)
-
-        Returns
-        -------
-        FloatArray
-            Speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
-        """
+        """Return the speed from which the service brake keeps an end of authority that stays."""
         braked_mps = braked_to_mps(self._world, row, (front_m, eoa_m))
         return np.minimum(braked_mps, self.ceiling.at_mps(row, front_m))
 

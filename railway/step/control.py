@@ -107,7 +107,23 @@ class Foresight(Protocol):
 
         A protection that plans the train's run may permit less, as far as it is planned.
 
-        All are of shape (n_places,), in [m] and [m/s].
+        Parameters
+        ----------
+        row
+            The train, not yet at the platform of the call.
+        call
+            Its next call.
+        leader
+            Row of its leader, which goes or stands on its way.
+        leader_front_m
+            Where the leader's front may be. [m], shape (n_places,)
+        leader_speed_mps
+            Its speed there. [m/s], shape (n_places,)
+
+        Returns
+        -------
+        FloatArray
+            The front must be able to stop before this. [m], shape (n_places,)
         """
         ...
 
@@ -115,7 +131,19 @@ class Foresight(Protocol):
         """
         Return the speed that is permitted to a front before an end of authority that stays.
 
-        Places and ends are [m], the speeds [m/s], all of shape (n_places,).
+        Parameters
+        ----------
+        row
+            The train.
+        front_m
+            Places of its front. [m], shape (n_places,)
+        eoa_m
+            Its ends of authority. [m], shape (n_places,)
+
+        Returns
+        -------
+        FloatArray
+            The speed, or the line ceiling where that is lower. [m/s], shape (n_places,)
         """
         ...
 
@@ -128,7 +156,21 @@ class Protection(Protocol[Memory]):
         ...
 
     def authorise(self, state: LineState, memory: Memory) -> tuple[Authority, Memory]:
-        """Return the authority of every train, and the next memory."""
+        """
+        Return the authority of every train.
+
+        Parameters
+        ----------
+        state
+            The line, which is only shown.
+        memory
+            What the step before returned, or :meth:`initial`.
+
+        Returns
+        -------
+        tuple[Authority, Memory]
+            What is permitted, and the next memory.
+        """
         ...
 
 
@@ -147,7 +189,23 @@ class Operation(Protocol[Memory]):
     def advise(
         self, state: LineState, authority: Authority, memory: Memory
     ) -> tuple[Advice, Memory]:
-        """Return the advice for every train, and the next memory."""
+        """
+        Return the advice for every train.
+
+        Parameters
+        ----------
+        state
+            The line, which is only shown.
+        authority
+            What protection permits.
+        memory
+            What the step before returned, or :meth:`initial`.
+
+        Returns
+        -------
+        tuple[Advice, Memory]
+            What is asked for, and the next memory.
+        """
         ...
 
 
@@ -155,7 +213,23 @@ class Drive(Protocol):
     """Turns authority and advice into the next speed within traction and braking."""
 
     def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
-        """Return the speed at the end of the step for every train."""
+        """
+        Return the speed at the end of the step for every train.
+
+        Parameters
+        ----------
+        state
+            The line.
+        authority
+            What protection permits.
+        advice
+            What operation asks for.
+
+        Returns
+        -------
+        Command
+            The speeds, and what bound each of them.
+        """
         ...
 
 
