@@ -165,7 +165,7 @@ def _set(spec: ControllerSpec, key: str, value: Option) -> ControllerSpec:
     registry, name, options = _layers(spec)[layer]
     options = {**options, option: value}
     try:
-        # Here, so that nobody looks for the fault in the scenario's file.
+        # Here, so that nobody looks for the mistake in the scenario's file.
         choose_layer(registry, where, name, options)
     except ControllerError as error:
         raise ControllerError(where, error.problem, error.allowed) from error

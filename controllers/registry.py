@@ -7,7 +7,6 @@ the keys that a scenario file may set.
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
-from difflib import get_close_matches
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -36,9 +35,9 @@ from kankaku.controllers.protection.atd import Atd, AtdOptions
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
 from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
-from kankaku.railway.errors import KankakuError, sentence_of
+from kankaku.railway.errors import KankakuError, sentence_of, suggesting
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec, keeps_pace
-from kankaku.railway.plan.scenario import ControllerSpec, Option
+from kankaku.railway.plan.scenario import MAIN_FILE, ControllerSpec, Option
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller
 
@@ -137,7 +136,7 @@ class ControllerError(KankakuError):
     @property
     def sentences(self) -> tuple[str, ...]:
         """The file is named, too, where the key stands in one."""
-        return (str(self) if self.where.startswith("--") else f"scenario.toml: {self}",)
+        return (str(self) if self.where.startswith("--") else f"{MAIN_FILE}: {self}",)
 
 
 def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Controller:
@@ -387,6 +386,4 @@ def likely(name: str, known: Iterable[str]) -> str:
         All names.
     """
     names = list(known)
-    close = get_close_matches(name, names, n=1)
-    told = ", ".join(names)
-    return f"{close[0]!r} (did you mean that?) among {told}" if close else told
+    return suggesting(name, names, ", ".join(names))

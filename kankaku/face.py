@@ -6,7 +6,13 @@ from typing import TYPE_CHECKING
 from kankaku.analysis.tables.run_tables import RunTables, run_tables
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import named
-from kankaku.controllers.layers import Factory, Layer, Medium
+from kankaku.controllers.layers import (
+    Layer,
+    Medium,
+    OperationFactory,
+    ProtectionFactory,
+    RadioFactory,
+)
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.scenarios.loading import load as loading
 from kankaku.scenarios.shipped import folder_of
@@ -86,7 +92,7 @@ def run_once(
 
 def register_protection(
     name: str,
-    build: Factory,
+    build: ProtectionFactory | RadioFactory,
     options: "type[DataclassInstance]",
     summary: str,
     *,
@@ -117,7 +123,7 @@ def register_protection(
 
 
 def register_operation(
-    name: str, build: Factory, options: "type[DataclassInstance]", summary: str
+    name: str, build: OperationFactory, options: "type[DataclassInstance]", summary: str
 ) -> None:
     """
     Offer an operation under a name for as long as the program runs.

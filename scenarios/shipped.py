@@ -3,10 +3,10 @@
 import os
 from pathlib import Path
 
+from kankaku.railway.plan.scenario import MAIN_FILE
 from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError, meant
 
 PLACE = Path(__file__).parent
-MAIN_FILE = "scenario.toml"
 
 
 def shipped_scenarios() -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from kankaku.analysis.tables.columns import rows_frame
 CAMPAIGN_RESULTS = Kind("fault_table", FAULT_TABLES)
 
 
-class FaultTables(NamedTuple):
+class CampaignTables(NamedTuple):
     """What was written, and where."""
 
     folder: Path
@@ -25,9 +25,9 @@ class FaultTables(NamedTuple):
     table: pd.DataFrame
 
 
-def publish_faults(
+def publish_campaign(
     folder: Path, rows: Sequence[Mapping[str, object]], provenance: Mapping[str, Any]
-) -> FaultTables:
+) -> CampaignTables:
     """
     Write the tables of a campaign, the meaning of their columns, and provenance.
 
@@ -42,11 +42,11 @@ def publish_faults(
 
     Returns
     -------
-    FaultTables
+    CampaignTables
         What was written.
     """
     runs = rows_frame(rows, FAULT_RUNS)
     table = fault_table(runs)
     frames = {"fault_runs": runs, "fault_table": table}
     publish_folder(folder, CAMPAIGN_RESULTS, frames, {}, provenance)
-    return FaultTables(folder, runs, table)
+    return CampaignTables(folder, runs, table)

@@ -1,7 +1,7 @@
 """One publisher for all kinds of results: tables, figures, columns, texts and provenance."""
 
 import io
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -16,6 +16,14 @@ if TYPE_CHECKING:
 
 Draw: TypeAlias = "Callable[[], Figure]"
 """Draws a figure when it is asked to: who needs no figure need not wait for matplotlib."""
+
+
+EXPLAINED, MADE_FROM = "columns.csv", "provenance.json"
+"""Every folder has what its columns mean, and what it was made from."""
+
+
+def _images(figures: Iterable[str]) -> set[str]:
+    return {f"{figure}.{ending}" for figure in figures for ending in ("png", "svg")}
 
 
 class Kind(NamedTuple):
@@ -37,14 +45,13 @@ class Kind(NamedTuple):
     @property
     def marks(self) -> tuple[str, ...]:
         """The files by which a folder of this kind is known."""
-        return self.file_of(self.main), "columns.csv"
+        return self.file_of(self.main), EXPLAINED
 
     @property
     def files(self) -> frozenset[str]:
         """Every file that a folder of this kind may have itself."""
         own = [self.file_of(table) for table in self.tables if table not in self.elsewhere]
-        drawn = [f"{figure}.{kind}" for figure in self.figures for kind in ("png", "svg")]
-        return frozenset({*own, *drawn, *self.texts, "columns.csv", "provenance.json"})
+        return frozenset({*own, *_images(self.figures), *self.texts, EXPLAINED, MADE_FROM})
 
     def file_of(self, table: str) -> str:
         """Return the name of a table's file."""
@@ -86,11 +93,10 @@ def publish_folder(
         if name in frames or name in kind.elsewhere
     }
     files |= texts or {}
-    files["provenance.json"] = json_text(provenance)
-    files["columns.csv"] = csv_text(columns_frame(explained), COLUMNS)
+    files[MADE_FROM] = json_text(provenance)
+    files[EXPLAINED] = csv_text(columns_frame(explained), COLUMNS)
     folder.mkdir(parents=True, exist_ok=True)
-    drawn = {f"{figure}.{kind}" for figure in figures for kind in ("png", "svg")}
-    for name in kind.files - files.keys() - drawn - {kind.file_of(kind.main)}:
+    for name in kind.files - files.keys() - _images(figures) - {kind.file_of(kind.main)}:
         (folder / name).unlink(missing_ok=True)
     _draw(folder, figures)
     for name, content in files.items():

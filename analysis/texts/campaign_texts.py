@@ -8,9 +8,9 @@ import pandas as pd
 from kankaku.analysis.tables.columns import rows_of
 
 
-def fault_texts(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
+def campaign_texts(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
     """
-    Return the table of faults as a reader likes to see it.
+    Return the table of failures as a reader likes to see it.
 
     Parameters
     ----------

@@ -26,6 +26,7 @@ from kankaku.commands.shared_options import (
     PROCESSORS,
     Fresh,
     Jobs,
+    MayBeNamed,
     Named,
     Names,
     Out,
@@ -96,14 +97,7 @@ def _end(status: int) -> None:
 @app.command("compare", hidden=True)
 @app.command(RUN)
 def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
-    scenario: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="SCENARIO",
-            show_default=False,
-            help="Scenario folder, or the name of a shipped one, e.g. rush_hour.",
-        ),
-    ] = None,
+    scenario: MayBeNamed = None,
     controller: Names = None,
     settings: Settings = None,
     seed: FirstSeed = None,

@@ -7,8 +7,8 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
-from kankaku.analysis.publish.campaign_publishing import FaultTables
-from kankaku.analysis.texts.campaign_texts import fault_texts
+from kankaku.analysis.publish.campaign_publishing import CampaignTables
+from kankaku.analysis.texts.campaign_texts import campaign_texts
 from kankaku.commands.screen import (
     answers,
     chosen_of,
@@ -61,8 +61,8 @@ def let_fail(scenario: Path, out: Path, choices: Mapping[str, Any], runs: int) -
     )
 
 
-def _show(tables: FaultTables) -> None:
-    header, rows = fault_texts(tables.table)
+def _show(tables: CampaignTables) -> None:
+    header, rows = campaign_texts(tables.table)
     shown = Table(*map(escape, header))
     for column in shown.columns[-3:]:
         column.justify = "right"

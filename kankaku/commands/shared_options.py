@@ -22,14 +22,13 @@ def _whole_milliseconds(step_s: float | None) -> float | None:
     return step_s
 
 
-Named: TypeAlias = Annotated[
-    Path,
-    typer.Argument(
-        metavar="SCENARIO",
-        show_default=False,
-        help="Scenario folder, or the name of a shipped one, e.g. rush_hour.",
-    ),
-]
+_SCENARIO = typer.Argument(
+    metavar="SCENARIO",
+    show_default=False,
+    help="Scenario folder, or the name of a shipped one, e.g. rush_hour.",
+)
+Named: TypeAlias = Annotated[Path, _SCENARIO]
+MayBeNamed: TypeAlias = Annotated[Path | None, _SCENARIO]
 Names: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(

@@ -1,5 +1,5 @@
 """
-UnitFailure campaign: the failure modes of a control map, one by one and a thousand times.
+Campaign of failures: the failure modes of a control map, one by one and a thousand times.
 
 Every run has one failure of one unit; it is compared with a run of the same seed without any.
 ``kankaku campaign`` gives this a command line.
@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 from kankaku import interrupts
-from kankaku.analysis.publish.campaign_publishing import FaultTables, publish_faults
+from kankaku.analysis.publish.campaign_publishing import CampaignTables, publish_campaign
 from kankaku.analysis.results import refuse_foreign
 from kankaku.asking import CAMPAIGN_PROTECTION
 from kankaku.controllers.control_map.map_protection import ControlMapOptions
@@ -35,7 +35,7 @@ Progress: TypeAlias = Callable[[int, int], None]
 class CampaignResult(NamedTuple):
     """What is finished."""
 
-    tables: FaultTables
+    tables: CampaignTables
     unsafe: list[str]
     """Sentences about what was unsafe, run by run."""
     interrupted: bool
@@ -114,7 +114,7 @@ def _run(campaign: Campaign, folder: Path, work: Path, progress: Progress) -> Ca
     result = StudyResult(folder, interrupted=interrupted)
     told = provenance_of(campaign.study, result, time.perf_counter() - started)
     told = {**told, "finished_runs": len(rows), "failed": sentences}
-    tables = publish_faults(folder, rows, told)
+    tables = publish_campaign(folder, rows, told)
     unsafe = [
         f"run {row['run']} ({row['variant']} of {row['unit']}): {row['first_event']}"
         for row in rows

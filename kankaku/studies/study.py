@@ -15,7 +15,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from kankaku.analysis.results import RESULT_FILES, refuse_foreign
+from kankaku.analysis.publish.study_publishing import STUDY_RESULTS
+from kankaku.analysis.results import refuse_foreign
 from kankaku.analysis.tables.run_tables import run_tables
 from kankaku.asking import MOST_JOBS, MOST_SEEDS, SEED_MAX, STEP_RANGE_S
 from kankaku.controllers import registry
@@ -119,7 +120,8 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         Called with "engine", "protection", "operation" or "drive" and that layer; returns
         what stands in for it, for example something that measures it.
     unit_failures
-        What units and the centre do wrong; see :func:`kankaku.railway.loop.simulate.simulate`.
+        What units and the centre do wrong; with any, even none, a protection sees what units
+        measure, otherwise what is.
 
     Returns
     -------
@@ -218,7 +220,7 @@ def run_study(
         If something else stands where the results would go.
     """
     folder = out / study.scenario.name
-    refuse_foreign(folder, RESULT_FILES)
+    refuse_foreign(folder, STUDY_RESULTS.marks)
     world = world_of(study.scenario, study.step_s)
     for spec in study.specs:
         registry.build(spec, world, study.scenario.radio)

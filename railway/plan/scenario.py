@@ -11,6 +11,8 @@ from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.timetable import Timetable
 
+MAIN_FILE = "scenario.toml"
+"""The file of a scenario that names its controllers and its other files."""
 Option: TypeAlias = float | bool | tuple[float, ...]
 """A number, a switch, or a table of numbers."""
 

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 from kankaku.railway.places import name_problem
 from kankaku.railway.plan.radio_spec import keeps_pace
+from kankaku.railway.plan.scenario import MAIN_FILE
 from kankaku.scenarios.checks.check_timetable import TimetableTables, calls_by_train
 from kankaku.scenarios.reading.files import Table
 from kankaku.scenarios.reading.mistakes import Mistake, meant
@@ -265,11 +266,11 @@ def _call_mistakes(
 ) -> list[Mistake]:
     if train not in calls:
         problem, allowed = f"unknown train {train!r}", meant(train, calls)
-        return [Mistake("scenario.toml", f"{place}.train", problem, allowed)]
+        return [Mistake(MAIN_FILE, f"{place}.train", problem, allowed)]
     stations = [call.station for call in calls[train]]
     if station not in stations:
         problem, allowed = f"train {train!r} does not call at {station!r}", meant(station, stations)
-        return [Mistake("scenario.toml", f"{place}.station", problem, allowed)]
+        return [Mistake(MAIN_FILE, f"{place}.station", problem, allowed)]
     return []
 
 
@@ -283,7 +284,7 @@ def _follower_mistakes(sweep: SweepEntry, calls: Mapping[str, Sequence[CallRow]]
                 return []
     problem = f"no train arrives after {sweep.train!r} at its platform track {own.track!r}"
     allowed = "a call where another train follows to the same track"
-    return [Mistake("scenario.toml", "sweep.station", problem, allowed)]
+    return [Mistake(MAIN_FILE, "sweep.station", problem, allowed)]
 
 
 def _quantile_mistakes(table: Table[QuantileRow]) -> list[Mistake]:

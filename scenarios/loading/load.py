@@ -6,7 +6,7 @@ from pathlib import Path
 from kankaku.railway.motion.feasibility import assess
 from kankaku.railway.plan.dwell import DwellDelays, Overstay
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
-from kankaku.railway.plan.scenario import ControllerSpec, Published, Scenario, Sweep
+from kankaku.railway.plan.scenario import MAIN_FILE, ControllerSpec, Published, Scenario, Sweep
 from kankaku.railway.plan.timetable import Call, Service, Timetable
 from kankaku.scenarios.checks.check_line import line_mistakes
 from kankaku.scenarios.checks.check_running import running_mistakes, running_warnings
@@ -35,8 +35,6 @@ from kankaku.scenarios.reading.files import Reader, Table
 from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError
 from kankaku.scenarios.reading.neighbours import folder_mistakes, uncollected, unread
 from kankaku.scenarios.reading.units import metres
-
-MAIN_FILE = "scenario.toml"
 
 
 @uncollected()

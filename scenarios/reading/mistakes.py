@@ -3,15 +3,14 @@
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 
-from kankaku.railway.errors import KankakuError
+from kankaku.railway.errors import KankakuError, suggesting
 from kankaku.scenarios.reading.cell_texts import printable
 
 MOST_NAMED = 30
 """Known names that are told. [-]"""
 MOST_KEPT = 10_000
-"""Faults; more are only counted. [-]"""
+"""Mistakes; more are only counted. [-]"""
 MOST_CHARACTERS = 160
 """Of each part of a sentence, so that ten of them fit on a screen. [-]"""
 _ROW = re.compile(r"row (\d+)(, column .*)?")
@@ -135,24 +134,7 @@ def meant(name: str, known: Iterable[str]) -> str:
     names = list(known)
     if not names:
         return "nothing, because none is defined"
-    close = _close(name, names)
     everything = ", ".join(names) if len(names) <= MOST_NAMED else ""
     if not everything or len(everything) > MOST_CHARACTERS - 60:
         everything = f"one of {len(names)} known names"
-    return f"{close!r} (did you mean that?) among {everything}" if close else everything
-
-
-def _close(name: str, names: Sequence[str]) -> str | None:
-    """Return the name that is likeliest meant."""
-    if len(name) > MOST_CHARACTERS:
-        return None
-    plain = {_plain(other): other for other in reversed(names)}
-    stem = name.rpartition("_")[0] or name
-    same_quantity = [other for other in names if stem in (other, other.rpartition("_")[0])]
-    near = [plain[_plain(name)]] if _plain(name) in plain else same_quantity
-    near = near or [plain[key] for key in get_close_matches(_plain(name), plain, n=1)]
-    return near[0] if near else None
-
-
-def _plain(name: str) -> str:
-    return name.strip().casefold().replace(" ", "_").replace("-", "_")
+    return suggesting(name, names, everything)

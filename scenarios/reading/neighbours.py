@@ -7,11 +7,12 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 
+from kankaku.railway.plan.scenario import MAIN_FILE
 from kankaku.scenarios.reading.cell_texts import printable, shown
 from kankaku.scenarios.reading.mistakes import Mistake
 
 KNOWN = (
-    "scenario.toml",
+    MAIN_FILE,
     "rolling_stock.toml",
     "radio_network.toml",
     "availability.toml",
@@ -74,7 +75,7 @@ def folder_mistakes(folder: Path) -> list[Mistake]:
     if name and name.isprintable():
         return []
     problem = f"the folder's name {shown(name)} cannot be written"
-    return [Mistake("scenario.toml", "", problem, "a folder with a name of letters and digits")]
+    return [Mistake(MAIN_FILE, "", problem, "a folder with a name of letters and digits")]
 
 
 def unread(folders: Iterable[Path], *, has_delays: bool) -> tuple[str, ...]:
@@ -96,7 +97,7 @@ def unread(folders: Iterable[Path], *, has_delays: bool) -> tuple[str, ...]:
     distinct = [Path(real) for real in dict.fromkeys(map(os.path.realpath, folders))]
     sentences = [sentence for folder in distinct for sentence in _unread_in(folder)]
     if not has_delays and (distinct[0] / _QUANTILES).exists():
-        sentences.append(f"{_QUANTILES} is not read: scenario.toml has no [dwell_delays]")
+        sentences.append(f"{_QUANTILES} is not read: {MAIN_FILE} has no [dwell_delays]")
     return tuple(sentences)
 
 

@@ -29,7 +29,7 @@ from kankaku.scenarios.reading.mistakes import Mistake
 
 M = TypeVar("M", bound=BaseModel)
 MOST_TOLD = 50
-"""Faults of one file with keys that are told; whoever has more has one great one. [-]"""
+"""Mistakes of one file with keys that are told; whoever has more has one great one. [-]"""
 
 
 class Checked(BaseModel):
