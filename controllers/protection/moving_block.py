@@ -25,7 +25,6 @@ from kankaku.controllers.protection.ceiling import (
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, count_up_to, plain
 from kankaku.railway.plan.buffers import Buffers, drifted_buffer_m, reaching_front_m
-from kankaku.railway.plan.profile import build_profile
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
@@ -132,7 +131,7 @@ class MovingBlock:
         self._world = world
         self.profile = world.profile
         if not buffers.none:
-            self.profile = build_profile(world.line, world.train_types, buffers)
+            self.profile = world.tabulated(buffers)
         self.delay_s = buffers.delay_s
         self._delays_s = np.full(world.size, buffers.delay_s)
         self._at_once = AtOnce(world.size)

@@ -77,9 +77,12 @@ class Tracker:
         happened = departed or seen.entered or seen.stopped or seen.released or seen.left
         if happened or rows is not None:
             events = self._take_events(seen, departed, rows)
+        thrown = seen.time_s >= self._leaders.next_s and self._leaders.thrown(seen.time_s)
+        if thrown:
+            self._show_leaders()
         trains = seen.front_m, tail_m, seen.speed_mps
         signalled = self._wayside.update(seen.time_s, trains, self._present, events)
-        if events or signalled:
+        if events or signalled or thrown:
             events = events._replace(signalled=signalled)
             self._grant()
             clear_to_m = self._leaders.tails_and_clearance_m(seen.front_m, self._granted_m)[1]
@@ -169,7 +172,7 @@ class Tracker:
             self._present[row] = self._running[row] = False
             self.completed[row] = True
             self._unfinished -= 1
-        self._find_leaders(seen.left, cleared)
+        self._find_leaders(seen.left, cleared, seen.time_s)
         return Events(
             seen.entered,
             seen.stopped,
@@ -179,13 +182,18 @@ class Tracker:
             seen.left,
         )
 
-    def _find_leaders(self, left: tuple[int, ...], cleared: IntArray | None) -> None:
-        """Let those who have cleared a section or left the line lead nobody there any more."""
+    def _find_leaders(
+        self, left: tuple[int, ...], cleared: IntArray | None, time_s: float
+    ) -> None:
+        """Let those who have cleared a track or left the line lead nobody there any more."""
         if cleared is not None:
-            self._leaders.clear(cleared)
+            self._leaders.clear(cleared, time_s)
         self._no_clearing_before_s = -np.inf
         for row in left:
-            self._leaders.leave(row)
+            self._leaders.leave(row, time_s)
+        self._show_leaders()
+
+    def _show_leaders(self) -> None:
         self._leader = self._leaders.leader.copy()
         self._follows = self._leaders.follows.copy()
         self._next_clear_m = self._leaders.next_clear_m.copy()

@@ -1,13 +1,17 @@
 """
-The infrastructure: stations, sections with parallel tracks, limits, gradients, curves.
+The infrastructure: stations, tracks, points, limits, gradients, curves.
 
-Chainage (distance along the line in the running direction) is the one coordinate. A line
-is a chain of *sections*; a section has one or more parallel *tracks*. Where the number of
-tracks changes stands a *turnout* with its fouling section.
+A line is either a *chain* of sections with parallel tracks, for trains of one direction, or a
+*network* of directed tracks that join at nodes, for both directions, branches and turn-backs.
+Every train has one coordinate that rises along its own route. On a chain, and for trains towards
+higher chainage, that is the chainage itself; for *falling* trains it is the chainage mirrored, so
+that both run through the same range. Tracks and turnouts are told in these running coordinates;
+:mod:`kankaku.railway.plan.met` turns what is told by chainage into what a train meets.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import IntEnum
 from functools import cached_property
 
 import numpy as np
@@ -27,13 +31,39 @@ class Station:
     latitude_deg: float
 
 
+class Direction(IntEnum):
+    """Where trains run to."""
+
+    RISING = 1
+    """Towards higher chainage."""
+    FALLING = -1
+
+
 @dataclass(frozen=True, slots=True)
 class Track:
-    """One of the parallel tracks of a section."""
+    """
+    A track in one running direction.
+
+    A track that trains use both ways is two of them, which share one resource.
+    """
 
     id: str
     start_m: float
+    """In the coordinate of its trains. [m]"""
     end_m: float
+    direction: Direction = Direction.RISING
+    resource: str = ""
+    """The physical track; its own identifier if empty."""
+    across: float = 0.0
+    """Its place across the line, from the left when looking along rising chainage. [-]"""
+    from_node: str = ""
+    """Where its trains come from; empty on a chain."""
+    to_node: str = ""
+
+    @property
+    def place(self) -> str:
+        """The physical track, which one movement at a time may take."""
+        return self.resource or self.id
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +103,8 @@ class Turnout:
     """How long the point machine takes from one end position to the other. [s]"""
     proof_s: float = 0.0
     """How long it then takes until the lock is proven. [s]"""
+    node: str = ""
+    """The node where it stands; empty on a chain."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +130,8 @@ class SpeedLimit:
     start_m: float
     end_m: float
     limit_mps: float
+    track: str = ""
+    """The physical track on which it holds; empty for all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +141,8 @@ class Gradient:
     start_m: float
     end_m: float
     gradient: float
+    track: str = ""
+    """The physical track on which it lies; empty for all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +152,8 @@ class TrackCurve:
     start_m: float
     end_m: float
     radius_m: float
+    track: str = ""
+    """The physical track on which it lies; empty for all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,10 +169,10 @@ class Block:
 @dataclass(frozen=True)
 class Line:
     """
-    A line in one running direction.
+    A chain of sections, or a network of directed tracks.
 
-    The reader of the scenario files guarantees what this class relies on: sections follow
-    each other without gap or overlap, and everything else lies within them.
+    The reader of the scenario files guarantees what this class relies on: sections, or the tracks
+    of a route, follow each other without gap or overlap, and everything else lies within them.
     """
 
     name: str
@@ -155,16 +193,41 @@ class Line:
     geometry_lon_lat_deg: tuple[tuple[float, float, float], ...] = ()
     """Chainage, longitude and latitude of points on the drawn centre line."""
     crossings: tuple[Crossing, ...] = ()
+    network: tuple[Track, ...] = ()
+    """The tracks of a network, which has no sections; empty for a chain."""
+    extent_m: tuple[float, float] = (0.0, 0.0)
+    """Lowest and highest chainage of a network. [m]"""
+
+    @cached_property
+    def tracks(self) -> tuple[Track, ...]:
+        """All tracks, each in one running direction."""
+        return self.network or tuple(t for section in self.sections for t in section.tracks)
 
     @property
     def start_m(self) -> float:
-        """Chainage at which the modelled line begins. [m]"""
-        return self.sections[0].start_m
+        """Coordinate at which the modelled line begins. [m]"""
+        return self.extent_m[0] if self.network else self.sections[0].start_m
 
     @property
     def end_m(self) -> float:
-        """Chainage at which trains leave the model. [m]"""
-        return self.sections[-1].end_m
+        """Coordinate at which it ends. [m]"""
+        return self.extent_m[1] if self.network else self.sections[-1].end_m
+
+    def mirrored_m(self, place_m: float) -> float:
+        """
+        Return a place in the coordinate of the other running direction.
+
+        Parameters
+        ----------
+        place_m
+            Chainage, or coordinate of a falling train. [m]
+
+        Returns
+        -------
+        float
+            Coordinate of a falling train, or chainage. [m]
+        """
+        return self.start_m + self.end_m - place_m
 
     @cached_property
     def station_by_id(self) -> Mapping[str, Station]:
@@ -179,7 +242,7 @@ class Line:
     @cached_property
     def track_by_id(self) -> Mapping[str, Track]:
         """Tracks by identifier."""
-        return {track.id: track for section in self.sections for track in section.tracks}
+        return {track.id: track for track in self.tracks}
 
     @cached_property
     def section_of_track(self) -> Mapping[str, int]:
@@ -195,6 +258,51 @@ class Line:
         """Turnouts by their position. [m]"""
         return {turnout.position_m: turnout for turnout in self.turnouts}
 
+    @cached_property
+    def _turnout_number(self) -> Mapping[str | float, int]:
+        return {
+            turnout.node if self.network else turnout.position_m: number
+            for number, turnout in enumerate(self.turnouts)
+        }
+
+    def turnout_behind(self, track: str) -> int:
+        """
+        Return the turnout at the end of a track.
+
+        Parameters
+        ----------
+        track
+            Identifier of the track.
+
+        Returns
+        -------
+        int
+            Its number; -1 where there is none.
+        """
+        ends = self.track_by_id[track]
+        return self._turnout_number.get(ends.to_node if self.network else ends.end_m, -1)
+
+    def fouling_m(self, turnout: int, direction: Direction) -> tuple[float, float]:
+        """
+        Return the fouling section of a turnout as trains meet it.
+
+        Parameters
+        ----------
+        turnout
+            Number of the turnout.
+        direction
+            Of the trains.
+
+        Returns
+        -------
+        tuple[float, float]
+            Where fronts wait, and where tails have cleared it. [m]
+        """
+        points = self.turnouts[turnout]
+        if direction is Direction.RISING:
+            return points.fouling_start_m, points.fouling_end_m
+        return self.mirrored_m(points.fouling_end_m), self.mirrored_m(points.fouling_start_m)
+
     def tracks_between(self, start_m: float, end_m: float) -> tuple[str, ...]:
         """
         Return the tracks that lie, at least in part, between two chainages.
@@ -209,18 +317,13 @@ class Line:
         tuple[str, ...]
             Their identifiers, along the line.
         """
-        return tuple(
-            track.id
-            for section in self.sections
-            if section.start_m < end_m and start_m < section.end_m
-            for track in section.tracks
-        )
+        return tuple(t.id for t in self.tracks if t.start_m < end_m and start_m < t.end_m)
 
     @cached_property
     def track_circuits(self) -> tuple[Block, ...]:
         """All track circuits, from end to end of every track; none without blocks."""
         divided = {
-            block.id: [
+            (block.id, block.track): [
                 circuit
                 for circuit in self.circuits
                 if circuit.track == block.track
@@ -228,7 +331,11 @@ class Line:
             ]
             for block in self.blocks
         }
-        return tuple(circuit for block in self.blocks for circuit in divided[block.id] or [block])
+        return tuple(
+            circuit
+            for block in self.blocks
+            for circuit in divided[block.id, block.track] or [block]
+        )
 
     @cached_property
     def _height_knots(self) -> tuple[FloatArray, FloatArray]:

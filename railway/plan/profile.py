@@ -283,7 +283,7 @@ def _mean_over_train(values: FloatArray, cells: float) -> FloatArray:
 
 
 def build_profile(
-    line: Line, train_types: Sequence[TrainType], buffers: Buffers = NO_BUFFERS
+    line: Line | Sequence[Line], train_types: Sequence[TrainType], buffers: Buffers = NO_BUFFERS
 ) -> Profile:
     """
     Tabulate a line for some train types.
@@ -291,7 +291,7 @@ def build_profile(
     Parameters
     ----------
     line
-        The line.
+        The line; or the line as each of the types meets it, all of the same extent.
     train_types
         One row of the tables each.
     buffers
@@ -302,18 +302,18 @@ def build_profile(
     Profile
         The tables.
     """
-    origin_m = np.floor(line.start_m - RUN_OUT_M)
-    columns = int(np.ceil((line.end_m + RUN_OUT_M - origin_m) / SPACING_M)) + 2
+    lines = [line] * len(train_types) if isinstance(line, Line) else line
+    origin_m = np.floor(lines[0].start_m - RUN_OUT_M)
+    columns = int(np.ceil((lines[0].end_m + RUN_OUT_M - origin_m) / SPACING_M)) + 2
     grid_m = origin_m + SPACING_M * np.arange(columns)
-    height_m = line.height_m(grid_m)
-    curves_mps2 = line.curve_resistance_mps2(grid_m)
     potentials, ceilings, limits, drags, curve_drags = [], [], [], [], []
-    for train in train_types:
+    for train, met in zip(train_types, lines, strict=True):
+        height_m, curves_mps2 = met.height_m(grid_m), met.curve_resistance_mps2(grid_m)
         cells = train.length_m / SPACING_M
         gravity = GRAVITY_MPS2 * train.gravity_ratio
         mean_height_m = _mean_over_train(height_m, cells)
         potential = train.service_brake_mps2 * (grid_m - origin_m) + gravity * mean_height_m
-        held = _limits_of(line, train, grid_m, potential, buffers)
+        held = _limits_of(met, train, grid_m, potential, buffers)
         curve_drag = train.gravity_ratio * _mean_over_train(curves_mps2, cells)
         potentials.append(potential)
         ceilings.append(_ceiling_m2ps2(held, grid_m, potential))

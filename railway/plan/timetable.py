@@ -27,7 +27,8 @@ class Service:
     One train.
 
     ``route`` names one track per section, from the section of the first call to the end of
-    the line, or to the section of the last call for a train that leaves the line there.
+    the line, or to the section of the last call for a train that leaves the line there. In a
+    network it names the tracks from the first call on, in the running direction.
     """
 
     train: str
@@ -41,6 +42,10 @@ class Service:
 
     Otherwise it runs on and leaves at the end of the line.
     """
+    next_train: str = ""
+    """The train that the same stock works next, from where this one ends; empty for none."""
+    turn_back_s: float = 0.0
+    """Least time from the arrival of the train whose stock it takes over to its departure. [s]"""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """What every controller knows beforehand: line, fleet and timetable as arrays; no delays."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,8 +8,11 @@ import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.brake_table import BrakeTable
-from kankaku.railway.plan.line import Line
-from kankaku.railway.plan.profile import Profile, build_profile
+from kankaku.railway.plan.buffers import Buffers
+from kankaku.railway.plan.line import Direction, Line
+from kankaku.railway.plan.met import line_met
+from kankaku.railway.plan.passing import Before, Order, Passage, orders, passages
+from kankaku.railway.plan.profile import NO_BUFFERS, Profile, build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.timetable import Service, Timetable
 
@@ -30,6 +33,9 @@ class World:
     line: Line
     timetable: Timetable
     train_types: tuple[TrainType, ...]
+    """One for each row of the profile: in a network a type occurs once by what it meets."""
+    lines: tuple[Line, ...]
+    """The line as each of them meets it."""
     profile: Profile
     step_s: float
     type_index: IntArray
@@ -50,6 +56,141 @@ class World:
     def size(self) -> int:
         """Number of trains."""
         return self.type_index.size
+
+    def tabulated(self, buffers: Buffers = NO_BUFFERS) -> Profile:
+        """
+        Tabulate the line for the trains.
+
+        Parameters
+        ----------
+        buffers
+            By how much trains count as longer than they are where limits start and end.
+
+        Returns
+        -------
+        Profile
+            A row for each of the train types.
+        """
+        return build_profile(self.lines, self.train_types, buffers)
+
+    def line_of(self, row: int) -> Line:
+        """
+        Return the line as a train meets it.
+
+        Parameters
+        ----------
+        row
+            The train.
+
+        Returns
+        -------
+        Line
+            In the coordinate of its route.
+        """
+        return self.lines[self.type_index[row]]
+
+    def by_line(self, rows: IntArray) -> list[tuple[Line, IntArray | slice]]:
+        """
+        Return which of some trains meet the same line.
+
+        Parameters
+        ----------
+        rows
+            The trains. shape (n_columns,)
+
+        Returns
+        -------
+        list[tuple[Line, IntArray | slice]]
+            What they meet, and their columns.
+        """
+        if not self.line.network:
+            return [(self.line, slice(None))]
+        number = self._line_number[self.type_index[rows]]
+        return [
+            (self._distinct_lines[n], np.flatnonzero(number == n))
+            for n in np.unique(number).tolist()
+        ]
+
+    @cached_property
+    def _distinct_lines(self) -> list[Line]:
+        return list({id(line): line for line in self.lines}.values())
+
+    @cached_property
+    def _line_number(self) -> IntArray:
+        number_of = {id(line): number for number, line in enumerate(self._distinct_lines)}
+        return np.array([number_of[id(line)] for line in self.lines], dtype=np.intp)
+
+    @cached_property
+    def passages(self) -> tuple[tuple[Passage, ...], ...]:
+        """The tracks of every train's route, as it passes them."""
+        ways = {service.route: passages(self.line, service.route) for service in self._services}
+        return tuple(ways[service.route] for service in self._services)
+
+    @cached_property
+    def orders(self) -> tuple[Order, ...]:
+        """Who goes before each train."""
+        return orders(self.line, self._services)
+
+    @property
+    def _services(self) -> tuple[Service, ...]:
+        return self.timetable.services
+
+    @cached_property
+    def falling(self) -> BoolArray:
+        """Trains towards lower chainage. shape (n_trains,)"""
+        track = self.line.track_by_id
+        ways = [track[service.route[0]].direction for service in self._services]
+        return np.array([way is Direction.FALLING for way in ways], dtype=np.bool_)
+
+    @cached_property
+    def stock_from(self) -> IntArray:
+        """The train whose stock each train takes over where that ends; -1 for none. (n_trains,)"""
+        row_of = {train: row for row, train in enumerate(self.timetable.trains)}
+        found = np.full(self.size, -1, dtype=np.intp)
+        for row, service in enumerate(self._services):
+            if service.next_train:
+                found[row_of[service.next_train]] = row
+        return found
+
+    @cached_property
+    def enters_after(self) -> tuple[tuple[Before, ...], ...]:
+        """
+        The trains that must have passed the origin of each train before it enters.
+
+        Of a chain none: a train enters as soon as its platform is free.
+        """
+        if not self.line.network:
+            return ((),) * self.size
+        found = []
+        for row, order in enumerate(self.orders):
+            before = {one for one in (order.ahead[0], *order.waits[0]) if one.row >= 0}
+            stock = int(self.stock_from[row])
+            if stock >= 0:
+                before = {one for one in before if one.row != stock}
+                before.add(Before(stock, len(self._services[stock].route)))
+            found.append(tuple(sorted(before)))
+        return tuple(found)
+
+    def chainage_m(self, row: IntArray | int, place_m: FloatArray) -> FloatArray:
+        """
+        Return the chainage of places on trains' routes.
+
+        Parameters
+        ----------
+        row
+            The trains. shape broadcastable with the places
+        place_m
+            In the coordinates of their routes. [m], any shape
+
+        Returns
+        -------
+        FloatArray
+            As people tell it. [m], same shape
+        """
+        if not self.line.network:
+            return place_m
+        mirrored_m = self.line.start_m + self.line.end_m - place_m
+        return np.where(self.falling[row], mirrored_m, place_m)
 
     @cached_property
     def braking(self) -> BrakeTable:
@@ -134,11 +275,9 @@ def build_world(
     World
         The arrays.
     """
-    kinds = tuple(train_types.values())
-    row_of_kind = {kind.id: row for row, kind in enumerate(kinds)}
     services = timetable.services
-    type_index = np.array([row_of_kind[service.train_type] for service in services], dtype=np.intp)
-    profile = build_profile(line, kinds)
+    kinds, lines, type_index = _kinds(line, train_types, services)
+    profile = build_profile(lines, kinds)
     shape = (len(services), max(len(service.calls) for service in services) + 1)
     stop_m = np.full(shape, profile.end_m - 2.0)
     number_of_track = {track: number for number, track in enumerate(line.track_by_id)}
@@ -158,6 +297,7 @@ def build_world(
         line=line,
         timetable=timetable,
         train_types=kinds,
+        lines=lines,
         profile=profile,
         step_s=step_s,
         type_index=type_index,
@@ -170,4 +310,33 @@ def build_world(
         booked_departure_s=departure_s,
         minimum_dwell_s=dwell_s,
         leaves_at_stop=np.array([leaves_at_stop(line, service) for service in services]),
+    )
+
+
+def _kinds(
+    line: Line, train_types: Mapping[str, TrainType], services: Sequence[Service]
+) -> tuple[tuple[TrainType, ...], tuple[Line, ...], IntArray]:
+    """Return train types and the line as each of them meets it, and which is each train's."""
+    if not line.network:
+        row_of = {name: row for row, name in enumerate(train_types)}
+        kinds = tuple(train_types.values())
+        met = (line,) * len(kinds)
+        return kinds, met, np.array([row_of[s.train_type] for s in services], dtype=np.intp)
+    met_on: dict[tuple[str, ...], Line] = {}
+    known: dict[tuple[object, ...], Line] = {}
+    for service in services:
+        if service.route not in met_on:
+            met = line_met(line, service.route)
+            alike = met.limits, met.gradients, met.curves, met.balises_m
+            met_on[service.route] = known.setdefault(alike, met)
+    pairs = [(service.train_type, met_on[service.route]) for service in services]
+    numbers: dict[tuple[str, int], int] = {}
+    for name, met in pairs:
+        numbers.setdefault((name, id(met)), len(numbers))
+    type_index = np.array([numbers[name, id(met)] for name, met in pairs], dtype=np.intp)
+    first = [int(np.argmax(type_index == number)) for number in range(len(numbers))]
+    return (
+        tuple(train_types[pairs[row][0]] for row in first),
+        tuple(pairs[row][1] for row in first),
+        type_index,
     )

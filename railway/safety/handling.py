@@ -13,6 +13,7 @@ import numpy as np
 from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.line import Block
 from kankaku.railway.plan.world import World
+from kankaku.railway.safety.heights import rises_m
 from kankaku.railway.step.promises import Promises
 from kankaku.railway.step.step_block import StepBlock
 
@@ -41,16 +42,16 @@ class Handling:
         self._service_mps2 = world.of_type("service_brake_mps2")
         self._emergency_mps2 = world.of_type("emergency_brake_mps2")
         self._gravity_mps2 = GRAVITY_MPS2 * world.of_type("gravity_ratio")
-        services = world.timetable.services
         self._boundaries_m = np.array(sorted({block.start_m for block in blocks}))
+        starts_m: dict[str, set[float]] = {}
+        for block in blocks:
+            starts_m.setdefault(block.track, set()).add(block.start_m)
+        begins = [
+            set[float]().union(*(starts_m.get(track, ()) for track in service.route))
+            for service in world.timetable.services
+        ]
         self._enters = np.array(
-            [
-                [
-                    any(b.track in service.route and b.start_m == start_m for b in blocks)
-                    for start_m in self._boundaries_m.tolist()
-                ]
-                for service in services
-            ]
+            [[at_m in own for at_m in self._boundaries_m.tolist()] for own in begins]
         )
 
     def beyond(self, block: StepBlock) -> Iterator[Bound]:
@@ -88,10 +89,9 @@ class Handling:
 
     def _drag_mps2(self, block: StepBlock) -> tuple[FloatArray, FloatArray]:
         """Return the least and the greatest deceleration by gradients, within a metre."""
-        line, length_m = self._world.line, self._world.length_m[block.rows]
-        gravity = self._gravity_mps2[block.rows] / length_m
+        gravity = self._gravity_mps2[block.rows] / self._world.length_m[block.rows]
         drags = [
-            gravity * (line.height_m(place_m) - line.height_m(place_m - length_m))
+            gravity * rises_m(self._world, place_m, block.rows)
             for place_m in (block.front_m[:-1] - NEAR_M, block.front_m[1:] + NEAR_M)
         ]
         return np.minimum(*drags), np.maximum(*drags)

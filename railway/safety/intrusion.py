@@ -12,6 +12,7 @@ import numpy as np
 from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.disruptions import SUDDEN
 from kankaku.railway.plan.world import World
+from kankaku.railway.safety.heights import rises_m
 from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.step_block import StepBlock
 
@@ -132,10 +133,10 @@ class Intrusions:
 
     def _brakes(self, block: StepBlock) -> BoolArray:
         """Return in which steps trains brake by their service brake, or stand at the end."""
-        rows, line = block.rows, self._world.line
+        rows = block.rows
         before, after = block.speed_mps[:-1], block.speed_mps[1:]
         length_m = self._world.length_m[rows]
-        rise_m = line.height_m(block.front_m[:-1]) - line.height_m(block.front_m[:-1] - length_m)
+        rise_m = rises_m(self._world, block.front_m[:-1], rows)
         least_mps2 = self._service_mps2[rows] + self._gravity_mps2[rows] * rise_m / length_m
         least_mps2 -= BRAKE_TOLERANCE_MPS2
         brakes: BoolArray = before - after >= least_mps2 * self._world.step_s

@@ -13,8 +13,9 @@ from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.line import Turnout
 from kankaku.railway.plan.world import World
 from kankaku.railway.safety.handling import Handling
-from kankaku.railway.safety.heights import heights_of, mean_height_m
+from kankaku.railway.safety.heights import heights_of, mean_height_m, rises_m
 from kankaku.railway.safety.intrusion import Intrusions
+from kankaku.railway.safety.movements import Movements
 from kankaku.railway.safety.permissions import PERMISSION_KINDS, Permissions
 from kankaku.railway.safety.positions import (
     Trains,
@@ -58,23 +59,21 @@ class Monitor:
         kept = exclusive_pieces(world.line, separation)
         self._exclusive = sorted(kept, key=lambda piece: piece.start_m)
         self._ends_m = np.array([(piece.start_m, piece.end_m) for piece in self._exclusive])
+        routes = [frozenset(service.route) for service in world.timetable.services]
         self._enters = np.array(
-            [
-                [piece.track in service.route for piece in self._exclusive]
-                for service in world.timetable.services
-            ]
+            [[piece.track in route for piece in self._exclusive] for route in routes]
         )
         self._service_mps2 = world.of_type("service_brake_mps2")
         self._emergency_mps2 = world.of_type("emergency_brake_mps2")
         self._maximum_mps = world.of_type("maximum_speed_mps")
         self._gravity_mps2 = GRAVITY_MPS2 * world.of_type("gravity_ratio")
-        self._heights = heights_of(world.line)
+        self._heights = {id(line): heights_of(line) for line in world.lines}
         self._users = {
-            track.id: [row for row, s in enumerate(world.timetable.services) if track.id in s.route]
-            for section in world.line.sections
-            for track in section.tracks
+            track.id: [row for row, route in enumerate(routes) if track.id in route]
+            for track in world.line.tracks
         }
         self._fouling = _tracks_at_points(world)
+        self._movements = Movements(world)
         self._intrusions = Intrusions(world, obstructions, self._overrun_m, by_radio=by_radio)
         self._proofs = Proofs(world)
         self._buffers = NO_BUFFERS if promises is None else promises.buffers
@@ -97,7 +96,7 @@ class Monitor:
         block
             The steps.
         """
-        early = list(self._proofs.early(block))
+        early = [*self._proofs.early(block), *self._movements.early(block)]
         for kind, excess, tolerance in self._bounds_passed(block):
             # What a train that is held may do next is a promise, too.
             judged = block.present if kind in PERMISSION_KINDS else block.moving
@@ -162,6 +161,9 @@ class Monitor:
         if self._exclusive:
             yield "block", self._inside_occupied_m(block), 0.0
         yield "fouling", self._inside_fouling_m(block), 0.0
+        if self._world.line.network:
+            for kind, inside_m in self._movements.inside_m(block):
+                yield kind, inside_m, 0.0
         yield "obstruction", self._intrusions.inside_m(block, near_m), 0.0
         yield "stop", front_m - self._world.stop_m[rows, block.next_call[1:]], STOP_TOLERANCE_M
         yield "limit", speed_mps - self._limit_mps(front_m, rows), SPEED_TOLERANCE_MPS
@@ -193,10 +195,7 @@ class Monitor:
         self, front_m: FloatArray, speed_mps: FloatArray, eoa_m: FloatArray, rows: IntArray
     ) -> FloatArray:
         brake = self._service_mps2[rows]
-        length_m = self._world.length_m[rows]
-        lift_m = mean_height_m(eoa_m, length_m, *self._heights) - mean_height_m(
-            front_m, length_m, *self._heights
-        )
+        lift_m = self._mean_height_m(eoa_m, rows) - self._mean_height_m(front_m, rows)
         available = brake * (eoa_m - front_m) + self._gravity_mps2[rows] * lift_m
         overrun: FloatArray = (0.5 * np.square(speed_mps) - available) / brake
         return overrun
@@ -206,10 +205,9 @@ class Monitor:
     ) -> FloatArray:
         """Return what brakes gain or lose because the gradient counts where a front is now."""
         length_m, gravity = self._world.length_m[rows], self._gravity_mps2[rows]
-        height_m = self._world.line.height_m
-        slope = (height_m(front_m) - height_m(front_m - length_m)) / length_m
-        rise_m = mean_height_m(ahead_m, length_m, *self._heights)
-        rise_m -= mean_height_m(front_m, length_m, *self._heights)
+        slope = rises_m(self._world, front_m, rows) / length_m
+        rise_m = self._mean_height_m(ahead_m, rows)
+        rise_m -= self._mean_height_m(front_m, rows)
         unlike_m: FloatArray = np.abs(rise_m - slope * (ahead_m - front_m))
         return unlike_m * gravity / self._service_mps2[rows]
 
@@ -221,11 +219,11 @@ class Monitor:
             return tail_m
         energy = 0.5 * np.square(block.speed_mps)
         gravity, emergency = self._gravity_mps2[block.rows], self._emergency_mps2[block.rows]
-        here_m = mean_height_m(front_m, length_m, *self._heights)
+        here_m = self._mean_height_m(front_m, block.rows)
         braking_m = energy / emergency
         # Gradients are a tenth of the brake at most, so each round leaves a tenth of the error.
         for _ in range(BRAKING_ROUNDS):
-            there_m = mean_height_m(front_m + braking_m, length_m, *self._heights)
+            there_m = self._mean_height_m(front_m + braking_m, block.rows)
             braking_m = (energy - gravity * (there_m - here_m)) / emergency
         return tail_m + braking_m
 
@@ -264,9 +262,20 @@ class Monitor:
     def _limit_mps(self, front_m: FloatArray, rows: IntArray) -> FloatArray:
         tail_m = front_m - self._world.length_m[rows]
         lowest = np.broadcast_to(self._maximum_mps[rows], front_m.shape).copy()
-        for limit in self._world.line.limits:
-            lower_on(front_m, tail_m, (limit.start_m, limit.end_m), limit.limit_mps, lowest)
+        for line, columns in self._world.by_line(rows):
+            front, tail, low = front_m[:, columns], tail_m[:, columns], lowest[:, columns]
+            for limit in line.limits:
+                lower_on(front, tail, (limit.start_m, limit.end_m), limit.limit_mps, low)
+            lowest[:, columns] = low
         return lowest
+
+    def _mean_height_m(self, place_m: FloatArray, rows: IntArray) -> FloatArray:
+        """Return the height averaged over trains whose fronts are at some places."""
+        length_m, mean_m = self._world.length_m[rows], np.empty_like(place_m)
+        for line, columns in self._world.by_line(rows):
+            heights = self._heights[id(line)]
+            mean_m[:, columns] = mean_height_m(place_m[:, columns], length_m[columns], *heights)
+        return mean_m
 
     def _acceleration_excess_mps2(self, block: StepBlock) -> FloatArray:
         rows = block.rows
@@ -292,8 +301,7 @@ class Monitor:
         length_m = self._world.length_m[block.rows]
         start_m, end_m = block.front_m[:-1], block.front_m[1:]
         front_m = np.array([start_m, 0.5 * (start_m + end_m), end_m])
-        line = self._world.line
-        rise = line.height_m(front_m) - line.height_m(front_m - length_m)
+        rise = rises_m(self._world, front_m, block.rows)
         gravity: FloatArray = self._gravity_mps2[block.rows] * rise / length_m
         return gravity
 
@@ -318,6 +326,8 @@ class Monitor:
             "band": f"was permitted {excess:.2f} m beyond the rear of the train ahead",
             "obstruction": f"was {excess:.2f} m inside an obstruction that it may not enter",
             "fouling": f"was {excess:.1f} m inside points that another train was passing",
+            "opposing": f"was {excess:.1f} m on a track with a train of another way",
+            "buffer": f"ran {excess:.2f} m into the buffer stop",
             "stop": f"ran past its stop by {excess:.2f} m",
             "limit": f"was {3.6 * excess:.1f} km/h above the line limit",
             "margin": f"was permitted {excess:.2f} m into the margin behind the train ahead",
@@ -332,6 +342,7 @@ class Monitor:
         event = {
             "collision": "collided",
             "points": f"entered points {excess:.1f} s or more before they could lie for it",
+            "turn_back": f"set off {excess:.1f} s before there was time to turn back",
             "lock": f"was {excess:.1f} m inside points when they were thrown",
             "crossing": f"entered a level crossing {excess:.1f} s before it could be closed",
         }.get(kind)
@@ -342,7 +353,9 @@ class Monitor:
 def _tracks_at_points(world: World) -> list[tuple[Turnout, IntArray]]:
     """Return, for every turnout, on which of the parallel tracks each train passes it."""
     line = world.line
-    found = []
+    found: list[tuple[Turnout, IntArray]] = []
+    if line.network:
+        return found
     for turnout in line.turnouts:
         parallel = max(
             (s for s in line.sections if turnout.position_m in (s.start_m, s.end_m)),

@@ -82,7 +82,9 @@ class Proofs:
 
     def __init__(self, world: World) -> None:
         line = world.line
-        self._turnouts, self._crossings = line.turnouts, line.crossings
+        # Movements through the points of a network are looked at as such.
+        self._turnouts = () if line.network else line.turnouts
+        self._crossings = line.crossings
         self._before = [_other_ways(world, points) for points in self._turnouts]
         self._users = [_users(world, crossing) for crossing in self._crossings]
         starts_m = np.array([points.fouling_start_m for points in self._turnouts])

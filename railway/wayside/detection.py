@@ -281,6 +281,9 @@ class Detection:
 
 
 def _points(world: World) -> Points:
+    if world.line.network:
+        # Nobody is granted points there that another movement has locked.
+        return Points(np.zeros((0, 2)), np.zeros((0, world.size), dtype=np.intp))
     line, services = world.line, world.timetable.services
     ways = np.full((len(line.turnouts), world.size), -1, dtype=np.intp)
     for number, turnout in enumerate(line.turnouts):

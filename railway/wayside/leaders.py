@@ -1,82 +1,135 @@
 """Who follows whom: kept by events, read as arrays."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
 from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.passing import Before
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import NOTHING, beside
+from kankaku.railway.wayside.machine import ROUNDING_S
 
 
 class Leaders:
     """
-    The next train ahead on each train's route, in timetable order at merges.
+    The next train ahead on each train's route, in the order of the timetable at merges.
 
-    A train follows its predecessor on the first section that the predecessor has not yet
+    A train follows its predecessor on the first track that the predecessor has not yet
     cleared. Points through which another train goes first, from or to another track, are
     not granted: the way ends at their fouling point, also for a train that still follows
-    somebody else. Only a tail that leaves a section changes anything, so between those events the
-    arrays stand still.
+    somebody else. So does the way before a track of a network that a train of the other direction
+    has to leave first, and before points that have to be thrown. Only a tail that leaves a track
+    changes anything, and the end of a throw, so between those events the arrays stand still.
     """
 
     def __init__(self, world: World) -> None:
         self._world = world
-        sections = world.line.sections
-        section_of_track = world.line.section_of_track
-        self._first = [section_of_track[service.route[0]] for service in world.timetable.services]
-        # Lists, because they are read one by one.
-        self._predecessor = predecessors(world).tolist()
-        self._clear_m, self._fouling_m = (ends_m.tolist() for ends_m in section_ends_m(world.line))
-        self._turnout = _turnouts_at_ends(world.line)
-        self._section = list(self._first)
-        """The section that each train's tail has not left yet."""
-        self._last = len(sections)
+        self._ways = world.passages
+        self._ahead = [list(order.ahead) for order in world.orders]
+        self._waits = [order.waits for order in world.orders]
+        self._asks_all = not world.line.network
+        self._dependents = [set[int]() for _ in range(world.size)]
+        for row, order in enumerate(world.orders):
+            for before in (*order.ahead, *(one for waits in order.waits for one in waits)):
+                if before.row >= 0:
+                    self._dependents[before.row].add(row)
+        points = world.line.turnouts
+        self._throw_s = [turnout.throw_s + turnout.proof_s for turnout in points]
+        self._at = [0] * world.size
+        """The passage that each train's tail has not left yet."""
+        self._left_s: dict[Before, float] = {}
+        """When passages were left that somebody waits for."""
+        self._thrown: dict[int, float] = {}
+        """Until when points are thrown for a train, as far as it waits for nothing else."""
+        self.next_s = np.inf
+        """When points have been thrown for somebody. [s]"""
         size = world.size
         self.granted_to_m: FloatArray = np.full(size, world.far_m)
         self.granted_by: IntArray = np.full(size, NOTHING, dtype=np.intp)
         self.follows: BoolArray = np.zeros(size, dtype=np.bool_)
         self.leader: IntArray = np.full(size, -1, dtype=np.intp)
-        self.next_clear_m: FloatArray = np.array([self._clear_m[s] for s in self._first])
-        self._follow_all()
+        self.next_clear_m: FloatArray = np.array([way[0].clear_m for way in self._ways])
+        self._follow(range(size), -np.inf)
 
-    def _follow(self, row: int) -> None:
-        """Find the leader of a train, and the first points ahead that are not granted to it."""
+    def _follow(self, rows: Iterable[int], time_s: float) -> None:
+        for row in rows:
+            self._find(row, time_s)
+        self.next_s = min(self._thrown.values(), default=np.inf)
+
+    def _find(self, row: int, time_s: float) -> None:
+        """Find the leader of a train, and the first place ahead that is not granted to it."""
         self.leader[row] = -1
         self.follows[row] = False
         self.granted_to_m[row] = self._world.far_m
         self.granted_by[row] = NOTHING
-        before = -1
-        for section in range(self._first[row], self._last):
-            ahead = self._predecessor[row][section]
-            if ahead < 0 or self._section[ahead] > section:
+        self._thrown.pop(row, None)
+        way, befores, leader = self._ways[row], self._ahead[row], -1
+        for number in range(0 if self._asks_all else self._at[row], len(way)):
+            blocker = self._blocker(row, number, time_s)
+            if blocker is not None:
+                self._end(row, number, blocker)
+                return
+            ahead, passage = befores[number]
+            if ahead < 0 or self._at[ahead] > passage:
                 continue
-            same_way = section == self._first[row] or self._predecessor[row][section - 1] == ahead
-            granted = same_way or self._section[ahead] == section
-            if before < 0:
-                self.leader[row] = before = ahead
+            same_way = number == 0 or befores[number - 1].row == ahead
+            granted = same_way or self._at[ahead] == passage
+            if leader < 0:
+                self.leader[row] = leader = ahead
                 self.follows[row] = granted
             if not granted:
-                self.granted_to_m[row] = self._fouling_m[section - 1]
-                self.granted_by[row] = beside(self._turnout[section - 1])
+                self._end(row, number, ahead)
                 return
 
-    def clear(self, rows: IntArray) -> None:
+    def _end(self, row: int, number: int, by: int) -> None:
+        """End the way of a train before a passage."""
+        passage = self._ways[row][number]
+        self.granted_to_m[row] = passage.entry_m
+        self.granted_by[row] = by if passage.turnout < 0 else beside(passage.turnout)
+
+    def _blocker(self, row: int, number: int, time_s: float) -> int | None:
+        """Return a train that has to leave before a passage may be entered."""
+        if number <= self._at[row] or not self._waits[row][number]:
+            return None
+        turnout = self._ways[row][number].turnout
+        throw_s = self._throw_s[turnout] if turnout >= 0 else 0.0
+        ready_s, last = -np.inf, None
+        for before in self._waits[row][number]:
+            if self._at[before.row] <= before.passage:
+                return before.row
+            left_s = self._left_s.get(before, -np.inf) + throw_s
+            if left_s > ready_s:
+                ready_s, last = left_s, before.row
+        if throw_s == 0.0 or time_s >= ready_s - ROUNDING_S:
+            return None
+        self._thrown[row] = ready_s
+        return last
+
+    def clear(self, rows: IntArray, time_s: float) -> None:
         """
-        Take note of tails that left their section.
+        Take note of tails that left their track.
 
         Parameters
         ----------
         rows
             The trains. shape (n_events,)
+        time_s
+            Now. [s]
         """
+        concerned = set[int]()
         for row in rows.tolist():
-            self._section[row] += 1
-            gone = self._section[row] >= self._last
-            self.next_clear_m[row] = np.inf if gone else self._clear_m[self._section[row]]
-        self._follow_all()
+            way, passage = self._ways[row], self._at[row]
+            self._left_s[Before(row, passage)] = time_s
+            self._at[row] += 1
+            gone = self._at[row] >= len(way)
+            self.next_clear_m[row] = np.inf if gone else way[self._at[row]].clear_m
+            concerned |= {row, *self._dependents[row]}
+        self._follow(concerned, time_s)
 
-    def leave(self, row: int) -> None:
+    def leave(self, row: int, time_s: float) -> None:
         """
         Take a train that left the line out of everybody's way.
 
@@ -84,20 +137,43 @@ class Leaders:
         ----------
         row
             The train.
+        time_s
+            Now. [s]
         """
-        self._section[row] = self._last
+        for passage in range(self._at[row], len(self._ways[row])):
+            self._left_s[Before(row, passage)] = time_s
+        self._at[row] = len(self._ways[row])
         self.next_clear_m[row] = np.inf
+        behind = self._dependents[row]
         if self._world.leaves_at_stop[row]:
             # Whoever it was following is not through yet: the trains behind it follow that one.
-            for before in self._predecessor:
-                for section, ahead in enumerate(before):
+            for other in behind:
+                befores = self._ahead[other]
+                for number, (ahead, passage) in enumerate(befores):
                     if ahead == row:
-                        before[section] = self._predecessor[row][section]
-        self._follow_all()
+                        befores[number] = self._ahead[row][passage]
+                        if befores[number].row >= 0:
+                            self._dependents[befores[number].row].add(other)
+        self._follow({row, *behind}, time_s)
 
-    def _follow_all(self) -> None:
-        for row in range(self._world.size):
-            self._follow(row)
+    def thrown(self, time_s: float) -> bool:
+        """
+        Grant points that have been thrown in the meantime.
+
+        Parameters
+        ----------
+        time_s
+            Now. [s]
+
+        Returns
+        -------
+        bool
+            Whether there were any.
+        """
+        if time_s < self.next_s - ROUNDING_S:
+            return False
+        self._follow([r for r, s in self._thrown.items() if s <= time_s + ROUNDING_S], time_s)
+        return True
 
     def tails_and_clearance_m(
         self, front_m: FloatArray, granted_to_m: FloatArray
@@ -176,8 +252,3 @@ def section_ends_m(line: Line) -> tuple[FloatArray, FloatArray]:
     fouling_m = [turnout.fouling_start_m if turnout else end_m for turnout, end_m in ends]
     return np.array(clear_m), np.array(fouling_m)
 
-
-def _turnouts_at_ends(line: Line) -> list[int]:
-    """Return the number of the turnout at the end of each section; -1 where there is none."""
-    number_at = {turnout.position_m: number for number, turnout in enumerate(line.turnouts)}
-    return [number_at.get(section.end_m, -1) for section in line.sections]

@@ -11,6 +11,22 @@ from kankaku.railway.randomness import stream
 from kankaku.railway.wayside.machine import ROUNDING_S, Machine, Scene
 
 
+class GrantedPoints(Machine):
+    """
+    Points of a network: they lie for whoever they are granted to.
+
+    When they are granted, throw and proof included, is a matter of the order at them; see
+    :class:`kankaku.railway.wayside.leaders.Leaders`.
+    """
+
+    def __init__(self, world: World, turnout: Turnout) -> None:
+        place_m = turnout.fouling_start_m, turnout.fouling_end_m
+        super().__init__(world, place_m, (), np.zeros(world.size, dtype=np.bool_))
+
+    def update(self, scene: Scene) -> None:
+        """Do nothing: nobody waits for what is not asked for."""
+
+
 class PointMachine(Machine):
     """
     Points that lie for one way at a time; the fouling section is locked by detection.

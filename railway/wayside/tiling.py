@@ -32,7 +32,7 @@ def tiling_of(line: Line, pieces: Sequence[Block], routes: Sequence[tuple[str, .
     line
         The line.
     pieces
-        Blocks or circuits.
+        Blocks or circuits. Those of a track that is used both ways occur once by direction.
     routes
         Tracks of each route, in order.
 
@@ -42,14 +42,17 @@ def tiling_of(line: Line, pieces: Sequence[Block], routes: Sequence[tuple[str, .
         The pieces of every route, one after the other.
     """
     on_track: dict[str, list[int]] = {track: [] for track in line.track_by_id}
+    first_of: dict[str, int] = {}
     for number, piece in enumerate(pieces):
         on_track[piece.track].append(number)
+        first_of.setdefault(piece.id, number)
     numbers = [[number for track in route for number in on_track[track]] for route in routes]
     ends = np.cumsum([0, *map(len, numbers)])
     flat = [number for route in numbers for number in route]
     return Tiling(
         ends.astype(np.intp),
-        np.array(flat, dtype=np.intp),
+        # The same piece, whichever way it is passed.
+        np.array([first_of[pieces[number].id] for number in flat], dtype=np.intp),
         np.array([pieces[number].start_m for number in flat]),
         np.array([pieces[number].end_m for number in flat]),
     )

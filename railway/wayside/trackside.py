@@ -13,7 +13,7 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.wayside.closed_stretch import ClosedStretch
 from kankaku.railway.wayside.level_crossing import LevelCrossing
 from kankaku.railway.wayside.machine import Machine
-from kankaku.railway.wayside.point_machine import PointMachine
+from kankaku.railway.wayside.point_machine import GrantedPoints, PointMachine
 
 
 def machines(world: World, disruptions: Disruptions, seed: int) -> Sequence[Machine]:
@@ -35,10 +35,16 @@ def machines(world: World, disruptions: Disruptions, seed: int) -> Sequence[Mach
         Turnouts, level crossings, closures.
     """
     return (
-        *(PointMachine(world, place, disruptions, seed) for place in world.line.turnouts),
+        *_points(world, disruptions, seed),
         *(LevelCrossing(world, place, disruptions, seed) for place in world.line.crossings),
         *(ClosedStretch(world, closure) for closure in disruptions.closures),
     )
+
+
+def _points(world: World, disruptions: Disruptions, seed: int) -> Sequence[Machine]:
+    if world.line.network:
+        return [GrantedPoints(world, place) for place in world.line.turnouts]
+    return [PointMachine(world, place, disruptions, seed) for place in world.line.turnouts]
 
 
 def places_beside(line: Line, disruptions: Disruptions) -> tuple[str, ...]:

@@ -42,7 +42,7 @@ def line_mistakes(line: LineTables) -> list[Mistake]:
     list[Mistake]
         The mistakes.
     """
-    mistakes = _track_mistakes(line) + _station_mistakes(line) + _platform_mistakes(line)
+    mistakes = _track_mistakes(line) + station_mistakes(line) + platform_mistakes(line)
     mistakes += _turnout_mistakes(line) + block_mistakes(line) + circuit_mistakes(line)
     mistakes += point_mistakes(line)
     for stretches in (line.limits, line.gradients, line.curves):
@@ -65,7 +65,7 @@ def _track_mistakes(line: LineTables) -> list[Mistake]:
     return mistakes + tiling_mistakes(table, leading, "the section", gaps=line.tracks.complete)
 
 
-def _station_mistakes(line: LineTables) -> list[Mistake]:
+def station_mistakes(line: LineTables) -> list[Mistake]:
     table = line.stations
     mistakes = duplicates(table)
     for before, after in pairwise(table):
@@ -85,7 +85,7 @@ def _station_mistakes(line: LineTables) -> list[Mistake]:
     return mistakes
 
 
-def _platform_mistakes(line: LineTables) -> list[Mistake]:
+def platform_mistakes(line: LineTables) -> list[Mistake]:
     table = line.platforms
     stretches: Table[StretchRow] = table
     mistakes = length_mistakes(stretches)

@@ -72,8 +72,8 @@ def timetable_mistakes(
     list[Mistake]
         The mistakes.
     """
-    mistakes = _service_mistakes(timetable, stock) + _dwell_station_mistakes(timetable, line)
-    mistakes += _reference_mistakes(timetable, line)
+    mistakes = service_mistakes(timetable, stock) + dwell_station_mistakes(timetable, line)
+    mistakes += reference_mistakes(timetable, line)
     train_types = {service.train: service.train_type for service in timetable.services}
     for train, calls in calls_by_train(timetable).items():
         kind = stock.train.get(train_types[train]) if stock else None
@@ -84,7 +84,7 @@ def timetable_mistakes(
     return mistakes + _order_mistakes(timetable, line) + _start_mistakes(timetable, line)
 
 
-def _service_mistakes(timetable: TimetableTables, stock: RollingStockFile | None) -> list[Mistake]:
+def service_mistakes(timetable: TimetableTables, stock: RollingStockFile | None) -> list[Mistake]:
     table = timetable.services
     mistakes = []
     calls = calls_by_train(timetable)
@@ -105,7 +105,7 @@ def _service_mistakes(timetable: TimetableTables, stock: RollingStockFile | None
     return mistakes
 
 
-def _dwell_station_mistakes(timetable: TimetableTables, line: LineTables) -> list[Mistake]:
+def dwell_station_mistakes(timetable: TimetableTables, line: LineTables) -> list[Mistake]:
     table = timetable.dwell_stations
     mistakes = []
     stations = [station.id for station in line.stations]
@@ -125,7 +125,7 @@ def _dwell_station_mistakes(timetable: TimetableTables, line: LineTables) -> lis
     return mistakes
 
 
-def _reference_mistakes(timetable: TimetableTables, line: LineTables) -> list[Mistake]:
+def reference_mistakes(timetable: TimetableTables, line: LineTables) -> list[Mistake]:
     table = timetable.calls
     mistakes = []
     known = (
@@ -177,6 +177,15 @@ def _sequence_mistakes(
             problem = f"stops at {stops[1].stop_km:g}, not after the stop of row {before.row}"
             allowed = f"a platform track whose stop lies after {stops[0].stop_km:g}"
             mistakes.append(table.mistake(after, "track", problem, allowed))
+        mistakes += time_mistakes(timetable, (before, after))
+    return mistakes
+
+
+def time_mistakes(timetable: TimetableTables, calls: Sequence[CallRow]) -> list[Mistake]:
+    """Return arrivals before the departure from the call before."""
+    table = timetable.calls
+    mistakes = []
+    for before, after in pairwise(calls):
         if after.arrival < before.departure:
             problem = f"{after.arrival} is earlier than the departure of row {before.row}"
             allowed = f"from {before.departure}{next_day(before.departure, after.arrival)}"
@@ -190,7 +199,20 @@ def _stop_mistakes(
     calls: Sequence[CallRow],
     kind: TrainEntry | None,
 ) -> list[Mistake]:
-    table = timetable.calls
+    mistakes = []
+    for call in calls:
+        mistakes += dwell_mistakes(timetable, (call,))
+        platform = line.platform_at.get((call.station, call.track))
+        if kind and platform and _overhang_m(platform, kind) > 1e-3:
+            problem = f"a train of {kind.length_m:g} m does not fit at {call.station!r}"
+            room_m = 1000.0 * (platform.stop_km - platform.start_km)
+            allowed = f"up to {room_m:g} m from the start of the platform to the stop position"
+            mistakes.append(timetable.calls.mistake(call, "track", problem, allowed))
+    return mistakes
+
+
+def dwell_mistakes(timetable: TimetableTables, calls: Sequence[CallRow]) -> list[Mistake]:
+    """Return booked dwells that are shorter than the station's least."""
     minimum_s = {row.station: row.minimum_dwell_s for row in timetable.dwell_stations}
     mistakes = []
     for call in calls:
@@ -200,13 +222,7 @@ def _stop_mistakes(
             problem = f"a dwell of {dwell_s} s at {call.station!r} is too short"
             hint = next_day(call.arrival, call.departure)
             allowed = f"{least_s:g} s or more after {call.arrival}{hint}"
-            mistakes.append(table.mistake(call, "departure", problem, allowed))
-        platform = line.platform_at.get((call.station, call.track))
-        if kind and platform and _overhang_m(platform, kind) > 1e-3:
-            problem = f"a train of {kind.length_m:g} m does not fit at {call.station!r}"
-            room_m = 1000.0 * (platform.stop_km - platform.start_km)
-            allowed = f"up to {room_m:g} m from the start of the platform to the stop position"
-            mistakes.append(table.mistake(call, "track", problem, allowed))
+            mistakes.append(timetable.calls.mistake(call, "departure", problem, allowed))
     return mistakes
 
 

@@ -16,7 +16,10 @@ from kankaku.scenarios.reading.row_formats import (
     GeometryRow,
     GradientRow,
     LimitRow,
+    LinkRow,
+    NodeRow,
     PlatformRow,
+    RouteRow,
     StationRow,
     StretchRow,
     TrackRow,
@@ -46,6 +49,11 @@ class LineTables:
     blocks: Table[BlockRow]
     circuits: Table[CircuitRow]
     geometry: Table[GeometryRow]
+    nodes: Table[NodeRow]
+    """Present if the line is a network."""
+    links: Table[LinkRow]
+    """The tracks of a network; ``tracks`` has them, too, each as a section of its own."""
+    routes: Table[RouteRow]
 
     @cached_property
     def sections(self) -> list[list[TrackRow]]:
@@ -74,7 +82,8 @@ def duplicates(
     | Table[TrackRow]
     | Table[CrossingRow]
     | Table[BlockRow]
-    | Table[CircuitRow],
+    | Table[CircuitRow]
+    | Table[NodeRow],
 ) -> list[Mistake]:
     """
     Return a mistake for every identifier that occurs a second time.

@@ -7,8 +7,13 @@ from kankaku.railway.motion.feasibility import assess
 from kankaku.railway.plan.dwell import DwellDelays, Overstay
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
 from kankaku.railway.plan.scenario import MAIN_FILE, ControllerSpec, Published, Scenario, Sweep
-from kankaku.railway.plan.timetable import Call, Service, Timetable
 from kankaku.scenarios.checks.check_line import line_mistakes
+from kankaku.scenarios.checks.check_network import network_mistakes
+from kankaku.scenarios.checks.check_network_timetable import (
+    network_timetable_mistakes,
+    order_mistakes,
+    way_mistakes,
+)
 from kankaku.scenarios.checks.check_running import running_mistakes, running_warnings
 from kankaku.scenarios.checks.check_settings import (
     controller_mistakes,
@@ -20,21 +25,18 @@ from kankaku.scenarios.checks.check_settings import (
 )
 from kankaku.scenarios.checks.check_timetable import (
     TimetableTables,
-    calls_by_train,
-    seconds,
     timetable_mistakes,
 )
 from kankaku.scenarios.checks.check_wayside import crossing_mistakes, disruption_mistakes
 from kankaku.scenarios.checks.line_tables import LineTables
-from kankaku.scenarios.checks.ways import ends_on_the_way, route_of
 from kankaku.scenarios.loading.load_line import read_line, to_line
 from kankaku.scenarios.loading.load_stock import STOCK_FILE, read_stock, to_train_types
+from kankaku.scenarios.loading.load_timetable import to_timetable
 from kankaku.scenarios.loading.load_wayside import to_disruptions
 from kankaku.scenarios.reading import row_formats, schema
 from kankaku.scenarios.reading.files import Reader, Table
 from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError
 from kankaku.scenarios.reading.neighbours import folder_mistakes, uncollected, unread
-from kankaku.scenarios.reading.units import metres
 
 
 @uncollected()
@@ -64,15 +66,19 @@ def load(folder: Path) -> Scenario:
     stock = read_stock(reader, folders["rolling_stock"])
     timetable = _read_timetable(reader, folders["timetable"])
     quantiles = _read_quantiles(reader, folder, main)
-    reader.mistakes += line_mistakes(line) + crossing_mistakes(line)
-    reader.mistakes += timetable_mistakes(timetable, line, stock)
+    reader.mistakes += _mistakes(line, timetable, stock)
     reader.mistakes += disruption_mistakes(main, line, timetable, MAIN_FILE)
     reader.mistakes += delay_mistakes(main, quantiles, timetable)
     reader.mistakes += folder_mistakes(folder)
     if reader.mistakes or main is None or stock is None:
         raise ScenarioError(tuple(dict.fromkeys(reader.mistakes)))
     of_line = to_line(line, folders["line"].resolve().name)
-    train_types, services = to_train_types(stock), _to_timetable(timetable, line)
+    if line.nodes.present and (lost := way_mistakes(of_line, line, timetable)):
+        raise ScenarioError(tuple(lost))
+    train_types = to_train_types(stock)
+    services = to_timetable(timetable, line, of_line, train_types, main.turn_back.minimum_s)
+    if stuck := order_mistakes(of_line, services, train_types, timetable):
+        raise ScenarioError(tuple(stuck))
     running = assess(of_line, train_types, services)
     if running.shortfalls:
         raise ScenarioError(tuple(running_mistakes(running, STOCK_FILE)))
@@ -97,6 +103,16 @@ def load(folder: Path) -> Scenario:
             *running_warnings(running, timetable.calls.file),
         ),
     )
+
+
+def _mistakes(
+    line: LineTables, timetable: TimetableTables, stock: schema.RollingStockFile | None
+) -> list[Mistake]:
+    """Return what is wrong between the files of line, timetable and fleet."""
+    if line.nodes.present:
+        return network_mistakes(line) + network_timetable_mistakes(timetable, line, stock)
+    mistakes = line_mistakes(line) + crossing_mistakes(line)
+    return mistakes + timetable_mistakes(timetable, line, stock)
 
 
 def _read_main(reader: Reader, folder: Path) -> tuple[schema.ScenarioFile | None, dict[str, Path]]:
@@ -143,39 +159,6 @@ def _read_quantiles(
         return None
     named = _folder(reader, folder, main.dwell_delays.folder, "dwell_delays.folder")
     return reader.csv(named / "dwell_quantiles.csv", "dwell_delays", row_formats.QuantileRow)
-
-
-def _to_timetable(timetable: TimetableTables, line: LineTables) -> Timetable:
-    minimum_s = {row.station: row.minimum_dwell_s for row in timetable.dwell_stations}
-    stop_m = {place: metres(platform.stop_km) for place, platform in line.platform_at.items()}
-    calls = calls_by_train(timetable)
-    sections = line.sections
-    return Timetable(
-        tuple(
-            Service(
-                train=service.train,
-                origin=calls[service.train][0].station,
-                train_type=service.train_type,
-                route=tuple(
-                    sections[number][index].id
-                    for number, index in route_of(line, calls[service.train])
-                ),
-                calls=tuple(
-                    Call(
-                        station=call.station,
-                        track=call.track,
-                        stop_m=stop_m[call.station, call.track],
-                        arrival_s=float(seconds(call.arrival)),
-                        departure_s=float(seconds(call.departure)),
-                        minimum_dwell_s=minimum_s[call.station],
-                    )
-                    for call in calls[service.train]
-                ),
-                leaves_at_last_call=ends_on_the_way(line, calls[service.train]),
-            )
-            for service in timetable.services
-        )
-    )
 
 
 def _to_delays(

@@ -7,7 +7,6 @@ from kankaku.railway.plan.line import (
     Block,
     Gradient,
     Line,
-    Platform,
     Section,
     SpeedLimit,
     Station,
@@ -15,6 +14,14 @@ from kankaku.railway.plan.line import (
     TrackCurve,
 )
 from kankaku.scenarios.checks.line_tables import LineTables
+from kankaku.scenarios.loading.load_network import (
+    extent_of,
+    met_both_ways,
+    read_network,
+    to_network,
+    to_platforms,
+    to_points,
+)
 from kankaku.scenarios.loading.load_wayside import to_crossings, to_turnouts
 from kankaku.scenarios.reading import row_formats
 from kankaku.scenarios.reading.files import Reader
@@ -37,9 +44,16 @@ def read_line(reader: Reader, folder: Path) -> LineTables:
     LineTables
         What they hold.
     """
+    network = read_network(reader, folder)
+    tracks = network.tracks
+    if tracks is None:
+        tracks = reader.csv(folder / "tracks.csv", "line", row_formats.TrackRow)
     return LineTables(
+        nodes=network.nodes,
+        links=network.links,
+        routes=network.routes,
         stations=reader.csv(folder / "stations.csv", "line", row_formats.StationRow),
-        tracks=reader.csv(folder / "tracks.csv", "line", row_formats.TrackRow),
+        tracks=tracks,
         platforms=reader.csv(folder / "platforms.csv", "line", row_formats.PlatformRow),
         turnouts=reader.csv(folder / "turnouts.csv", "line", row_formats.TurnoutRow, optional=True),
         crossings=reader.csv(
@@ -75,6 +89,7 @@ def to_line(tables: LineTables, name: str) -> Line:
     Line
         The line.
     """
+    network = to_network(tables)
     return Line(
         name=name,
         stations=tuple(
@@ -83,34 +98,33 @@ def to_line(tables: LineTables, name: str) -> Line:
             )
             for row in tables.stations
         ),
-        sections=tuple(_to_section(tracks) for tracks in tables.sections),
-        platforms=tuple(map(_to_platform, tables.platforms)),
-        turnouts=to_turnouts(tables),
+        sections=() if network else tuple(map(_to_section, tables.sections)),
+        network=network,
+        extent_m=extent_of(tables) if network else (0.0, 0.0),
+        platforms=to_platforms(tables),
+        turnouts=to_points(tables) if network else to_turnouts(tables),
         limits=tuple(
-            SpeedLimit(metres(row.start_km), metres(row.end_km), row.limit_kmh / 3.6)
+            SpeedLimit(metres(row.start_km), metres(row.end_km), row.limit_kmh / 3.6, row.track)
             for row in sorted(tables.limits, key=lambda row: row.start_km)
         ),
         gradients=tuple(
-            Gradient(metres(row.start_km), metres(row.end_km), row.gradient_permil / 1000.0)
+            Gradient(
+                metres(row.start_km), metres(row.end_km), row.gradient_permil / 1000.0, row.track
+            )
             for row in sorted(tables.gradients, key=lambda row: row.start_km)
         ),
         curves=tuple(
-            TrackCurve(metres(row.start_km), metres(row.end_km), row.radius_m)
+            TrackCurve(metres(row.start_km), metres(row.end_km), row.radius_m, row.track)
             for row in sorted(tables.curves, key=lambda row: row.start_km)
         ),
         balises_m=tuple(metres(row.chainage_km) for row in tables.balises),
-        blocks=_to_blocks(tables.blocks),
-        circuits=_to_blocks(tables.circuits),
+        blocks=met_both_ways(tables, _to_blocks(tables.blocks)),
+        circuits=met_both_ways(tables, _to_blocks(tables.circuits)),
         geometry_lon_lat_deg=tuple(
             (metres(row.chainage_km), row.lon_deg, row.lat_deg) for row in tables.geometry
         ),
         crossings=to_crossings(tables),
     )
-
-
-def _to_platform(row: row_formats.PlatformRow) -> Platform:
-    places_m = metres(row.start_km), metres(row.end_km), metres(row.stop_km)
-    return Platform(row.station, row.track, *places_m)
 
 
 def _to_blocks(rows: Iterable[row_formats.BlockRow]) -> tuple[Block, ...]:

@@ -60,6 +60,11 @@ Name: TypeAlias = Annotated[
     StringConstraints(pattern=r"^[A-Za-z0-9_.\-]{1,60}$"),
     Field(description=NAME_TEXT),
 ]
+MaybeName: TypeAlias = Annotated[
+    str,
+    StringConstraints(pattern=r"^[A-Za-z0-9_.\-]{0,60}$"),
+    Field(description=f"{NAME_TEXT}; or nothing"),
+]
 OptionalName: TypeAlias = Annotated[Name | None, Field(description=NAME_TEXT)]
 Text: TypeAlias = Annotated[
     str, StringConstraints(min_length=1, max_length=200), AfterValidator(_text)

@@ -1,7 +1,7 @@
 """The formats of CSV rows: every column with its range, in field units."""
 
 from dataclasses import MISSING, dataclass, fields
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -9,6 +9,7 @@ from kankaku.scenarios.reading.fields import (
     Cell,
     Clock,
     Kilometre,
+    MaybeName,
     Name,
     Text,
 )
@@ -50,6 +51,39 @@ class TrackRow(StretchRow):
 
 
 @dataclass(frozen=True, slots=True)
+class NodeRow(Row):
+    """A row of ``nodes.csv``: where tracks of a network begin, end, join, part or cross."""
+
+    id: Name
+    km: Kilometre
+    kind: Literal["joint", "points", "buffer", "boundary"]
+    fouling_start_km: Kilometre
+    fouling_end_km: Kilometre
+    throw_s: Annotated[float, Cell, Field(ge=0.0, le=60.0)] = 0.0
+    proof_s: Annotated[float, Cell, Field(ge=0.0, le=60.0)] = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class LinkRow(Row):
+    """A row of ``tracks.csv`` of a network: a track between two nodes."""
+
+    id: Name
+    from_node: Name
+    to_node: Name
+    direction: Literal["rising", "falling", "both"]
+    across: Annotated[float, Cell, Field(ge=-1000.0, le=1000.0)]
+    resource: MaybeName = ""
+
+
+@dataclass(frozen=True, slots=True)
+class RouteRow(Row):
+    """A row of ``routes.csv``: a track of a route, in running order."""
+
+    route: Name
+    track: Name
+
+
+@dataclass(frozen=True, slots=True)
 class PlatformRow(StretchRow):
     """A row of ``platforms.csv``."""
 
@@ -84,6 +118,7 @@ class LimitRow(StretchRow):
     """A row of ``limits.csv``."""
 
     limit_kmh: Annotated[float, Cell, Field(ge=5.0, le=400.0)]
+    track: MaybeName = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +126,7 @@ class GradientRow(StretchRow):
     """A row of ``gradients.csv``; rising is positive."""
 
     gradient_permil: Annotated[float, Cell, Field(ge=-120.0, le=120.0)]
+    track: MaybeName = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +134,7 @@ class CurveRow(StretchRow):
     """A row of ``curves.csv``."""
 
     radius_m: Annotated[float, Cell, Field(ge=50.0, le=100000.0)]
+    track: MaybeName = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +172,8 @@ class ServiceRow(Row):
 
     train: Name
     train_type: Name
+    next_train: MaybeName = ""
+    route: MaybeName = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -153,6 +153,12 @@ class PublishedEntry(Checked):
     headway_margin_s: float | None = Field(None, ge=0.0, le=7200.0)
 
 
+class TurnBackSettings(Checked):
+    """The table ``turn_back`` of ``scenario.toml``."""
+
+    minimum_s: float = Field(120.0, ge=0.0, le=7200.0)
+
+
 class ScenarioFile(Checked):
     """The file ``scenario.toml``."""
 
@@ -166,6 +172,7 @@ class ScenarioFile(Checked):
     timetable: Text = "."
     dwell_delays: DwellSettings | None = None
     train_detection: DetectionSettings = DetectionSettings()
+    turn_back: TurnBackSettings = TurnBackSettings()
     radio: RadioEntry | None = None
     work_zones: tuple[WorkZoneEntry, ...] = Field((), strict=False, max_length=MOST)
     equipment_faults: tuple[EquipmentFaultEntry, ...] = Field((), strict=False, max_length=MOST)

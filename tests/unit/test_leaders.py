@@ -36,7 +36,7 @@ def test_a_train_from_the_other_track_waits_at_the_fouling_point() -> None:
 def test_a_tail_past_the_fouling_section_hands_the_points_to_the_next_train() -> None:
     _, leaders = of_merge()
     assert leaders.next_clear_m.tolist() == [410.0] * 3
-    leaders.clear(np.array([0]))
+    leaders.clear(np.array([0]), 0.0)
     assert leaders.leader.tolist() == [-1, 0, 1]
     assert leaders.follows.tolist() == [False, True, False]
     eoas_m = clearance_m(leaders, [611.0, 300.0, 300.0])
@@ -45,8 +45,8 @@ def test_a_tail_past_the_fouling_section_hands_the_points_to_the_next_train() ->
 
 def test_a_train_that_left_the_line_is_in_nobodys_way() -> None:
     world, leaders = of_merge(2)
-    leaders.clear(np.array([0]))
-    leaders.leave(0)
+    leaders.clear(np.array([0]), 0.0)
+    leaders.leave(0, 0.0)
     assert leaders.leader.tolist() == [-1, -1]
     assert clearance_m(leaders, [2000.0, 300.0])[1] == world.far_m
     assert leaders.next_clear_m[0] == np.inf
@@ -55,7 +55,7 @@ def test_a_train_that_left_the_line_is_in_nobodys_way() -> None:
 def test_behind_a_train_that_ends_on_the_way_follows_the_one_before_it() -> None:
     leaders = Leaders(world_of(short_turn_scenario(3)))
     assert leaders.leader.tolist() == [-1, 0, 1]
-    leaders.leave(1)
+    leaders.leave(1, 0.0)
     assert leaders.leader.tolist() == [-1, 0, 0]
     assert clearance_m(leaders, [2600.0, 4000.0, 300.0])[2] == 2600.0 - LENGTH_M
 
@@ -67,7 +67,7 @@ def test_a_leader_that_diverges_is_followed_until_its_tail_is_clear_of_the_point
     assert leaders.leader.tolist() == [-1, 0]
     assert clearance_m(leaders, fronts_m)[1] == 1000.0
     assert leaders.next_clear_m[0] == 1060.0
-    leaders.clear(np.array([0]))
+    leaders.clear(np.array([0]), 0.0)
     # Now the other platform track is free; at its end the order of the timetable decides.
     assert leaders.leader.tolist() == [-1, 0]
     assert leaders.follows.tolist() == [False, False]
@@ -82,7 +82,7 @@ def test_a_train_that_starts_on_the_second_platform_track_keeps_its_turn() -> No
     fronts_m = [400.0, 1600.0, 400.0, 400.0]
     assert leaders.leader.tolist() == [-1, 0, 0, 2]
     assert clearance_m(leaders, fronts_m)[:2].tolist() == [world.far_m, 1740.0]
-    leaders.clear(np.array([0]))
+    leaders.clear(np.array([0]), 0.0)
     # T1 is in the station: T2 runs towards the platform track where S1 still stands.
     assert leaders.leader.tolist()[2] == 1
     assert leaders.follows.tolist()[2]
@@ -93,8 +93,8 @@ def test_behind_its_own_leader_a_train_still_waits_for_points_that_another_goes_
     None
 ):
     leaders = Leaders(world_of(loop_station_scenario(3)))
-    leaders.clear(np.array([0]))
-    leaders.clear(np.array([1]))
+    leaders.clear(np.array([0]), 0.0)
+    leaders.clear(np.array([1]), 0.0)
     # T1 leaves the loop, T2 goes next from the other track, T3 stands behind T1.
     fronts_m = [1990.0, 1600.0, 1600.0]
     assert leaders.leader.tolist()[2] == 0

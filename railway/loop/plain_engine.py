@@ -1,0 +1,191 @@
+"""An engine that moves trains exactly as commanded and keeps their stops itself."""
+
+from typing import Self
+
+import numpy as np
+
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.engine_contract import Observation
+
+STOP_TOLERANCE_M = 0.5
+"""A front this far before or beyond the aimed stop position starts the stop. [m]"""
+HALTING_SPEED_MPS = 0.1
+"""At this speed or less. [m/s]"""
+ROUNDING_S = 1e-6
+
+
+class PlainEngine:
+    """
+    Moves trains exactly as commanded; an ``Engine`` of the contract.
+
+    In a network a train enters when all that go before it have passed its origin; one that takes
+    over the stock of another enters in the observation in which that one leaves.
+
+    Parameters
+    ----------
+    world
+        Line, fleet and timetable.
+    dwell_delay_s
+        Dwell delay of every call. [s], shape (n_trains, n_calls_max)
+    step_s
+        Length of a step. [s]
+    """
+
+    def __init__(self, world: World, dwell_delay_s: FloatArray, step_s: float) -> None:
+        self._world = world
+        self._dwell_s = world.minimum_dwell_s[:, :-1] + dwell_delay_s
+        self._step_s = step_s
+        self._begin_s = float(np.floor(world.booked_arrival_s[:, 0].min() - step_s)) - 1.0
+        self._steps = 0
+        self._front_m = world.stop_m[:, 0].copy()
+        self._speed_mps = np.zeros(world.size)
+        self._command_mps = np.zeros(world.size)
+        stock_from = world.stock_from
+        waiting = np.argsort(world.booked_arrival_s[:, 0], kind="stable").tolist()
+        self._waiting = [row for row in waiting if stock_from[row] < 0]
+        self._next_of = {int(stock): row for row, stock in enumerate(stock_from) if stock >= 0}
+        self._running: set[int] = set()
+        self._rows: IntArray = np.zeros(0, dtype=np.intp)
+        self._aims_m: FloatArray = np.zeros(0)
+        self._release_s: dict[int, float] = {}
+        self._next_release_s = np.inf
+        self._call = [0] * world.size
+        self._present: set[int] = set()
+        self._gone: set[int] = set()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        return None
+
+    @property
+    def _now_s(self) -> float:
+        return self._begin_s + self._steps * self._step_s
+
+    def observe(self) -> Observation:
+        """Return where trains are, and what happened."""
+        now_s = self._now_s
+        left = self._past_end()
+        self._take_off(left)
+        entered = self._entries(now_s)
+        released: tuple[int, ...] = ()
+        if now_s > self._next_release_s - ROUNDING_S:
+            released = self._releases(now_s)
+        ended = tuple(row for row in released if self._is_through(row))
+        self._take_off(ended)
+        over = tuple(self._next_of[row] for row in ended if row in self._next_of)
+        entered = tuple(sorted((*entered, *over)))
+        for row in entered:
+            self._present.add(row)
+            self._running.add(row)
+        if left or entered or released:
+            self._regroup()
+        stopped = self._at_stop()
+        for row in stopped:
+            call = self._call[row]
+            booked_s = float(self._world.booked_departure_s[row, call])
+            self._release_s[row] = max(booked_s, now_s + float(self._dwell_s[row, call]))
+            self._speed_mps[row] = 0.0
+            self._running.discard(row)
+        if stopped:
+            self._regroup()
+        front_m, speed_mps = self._front_m.copy(), self._speed_mps.copy()
+        gone = tuple(sorted((*left, *ended)))
+        return Observation(now_s, front_m, speed_mps, entered, stopped, released, gone, ())
+
+    def apply(self, speed_mps: FloatArray) -> None:
+        """Take the speeds at the end of the next step. [m/s], shape (n_trains,)"""
+        self._command_mps = speed_mps.copy()
+
+    def advance(self) -> None:
+        """Move the trains by a step."""
+        rows = self._rows
+        before_mps, after_mps = self._speed_mps[rows], self._command_mps[rows]
+        self._front_m[rows] += 0.5 * (before_mps + after_mps) * self._step_s
+        self._speed_mps[rows] = after_mps
+        self._steps += 1
+
+    def _regroup(self) -> None:
+        """Take note of who is running, after an event."""
+        rows = sorted(self._running)
+        self._rows = np.array(rows, dtype=np.intp)
+        self._aims_m = np.array([self._world.stop_m[row, self._call[row]] for row in rows])
+        self._next_release_s = min(self._release_s.values(), default=np.inf)
+
+    def _past_end(self) -> tuple[int, ...]:
+        past = self._front_m[self._rows] >= self._world.line.end_m
+        if not past.any():
+            return ()
+        rows = self._rows[past & ~self._world.leaves_at_stop[self._rows]]
+        return tuple(rows.tolist())
+
+    def _releases(self, now_s: float) -> tuple[int, ...]:
+        due = sorted(r for r, end_s in self._release_s.items() if now_s > end_s - ROUNDING_S)
+        for row in due:
+            del self._release_s[row]
+            self._call[row] += 1
+            self._running.add(row)
+        return tuple(due)
+
+    def _is_through(self, row: int) -> bool:
+        last = self._call[row] == self._world.call_count[row]
+        return bool(last and self._world.leaves_at_stop[row])
+
+    def _take_off(self, rows: tuple[int, ...]) -> None:
+        for row in rows:
+            self._front_m[row] = self._world.line.end_m
+            self._speed_mps[row] = 0.0
+            self._running.discard(row)
+            self._present.discard(row)
+            self._gone.add(row)
+
+    def _at_stop(self) -> tuple[int, ...]:
+        off_m = np.abs(self._front_m[self._rows] - self._aims_m)
+        slow = self._speed_mps[self._rows] <= HALTING_SPEED_MPS
+        return tuple(self._rows[(off_m <= STOP_TOLERANCE_M) & slow].tolist())
+
+    def _entries(self, now_s: float) -> tuple[int, ...]:
+        arrival_s, entered = self._world.booked_arrival_s, []
+        for row in self._waiting:
+            if now_s < arrival_s[row, 0] - ROUNDING_S:
+                break
+            if self._may_enter(row):
+                entered.append(row)
+                self._present.add(row)
+        for row in entered:
+            self._waiting.remove(row)
+        return tuple(sorted(entered))
+
+    def _may_enter(self, row: int) -> bool:
+        if self._world.line.network:
+            return all(self._has_passed(row, *one) for one in self._world.enters_after[row])
+        return not any(self._overlaps(row, other) for other in self._present)
+
+    def _has_passed(self, row: int, other: int, passage: int) -> bool:
+        """Return whether a train that goes before another one has left the other's origin."""
+        if other in self._gone:
+            return True
+        if other not in self._present:
+            return False
+        tail_m, way = self._front_m[other] - self._world.length_m[other], self._world.passages
+        if tail_m >= way[other][passage].clear_m:
+            return True
+        same_way = way[other][passage].track == way[row][0].track
+        return bool(same_way and tail_m > self._world.stop_m[row, 0])
+
+    def _overlaps(self, row: int, other: int) -> bool:
+        front_m, length_m = self._front_m, self._world.length_m
+        apart = (
+            front_m[row] - length_m[row] >= front_m[other]
+            or front_m[other] - length_m[other] >= front_m[row]
+        )
+        return not apart and self._track(row) == self._track(other)
+
+    def _track(self, row: int) -> str:
+        """Return the track under the tail of a train on a chain."""
+        tail_m, way = self._front_m[row] - self._world.length_m[row], self._world.passages[row]
+        ends_m = self._world.line.track_by_id
+        under = (one.track for one in way if ends_m[one.track].end_m >= tail_m)
+        return next(under, way[-1].track)

@@ -1,0 +1,304 @@
+"""
+Who passes what before whom: tracks and nodes in the order of the timetable.
+
+On a chain trains pass everything in the order in which the timetable names them. In a network they
+pass every track and node in the order of their booked times there, and whoever follows another one
+onto a track leaves it after that one, because nobody overtakes on a track.
+"""
+
+import heapq
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from graphlib import CycleError, TopologicalSorter
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from kankaku.railway.plan.line import Direction, Line, Track
+from kankaku.railway.plan.timetable import Service
+
+NOBODY = -1
+ROOM_M = 300.0
+"""Trains that wait on a track stand this far apart, and two blocks more, at most. [m]"""
+
+
+class Passage(NamedTuple):
+    """A track as the trains of a route pass it."""
+
+    track: str
+    entry_m: float
+    """Where fronts wait for it: fouling start of the points at its start, or its start. [m]"""
+    clear_m: float
+    """Where tails have left it: fouling end of the points at its end, or its end. [m]"""
+    turnout: int
+    """Number of the points at its start; -1 for none, and for the first track of a route."""
+
+
+class Before(NamedTuple):
+    """A train that has to go before another one."""
+
+    row: int
+    """The train; -1 for none."""
+    passage: int
+    """Which of its own passages it has to have left."""
+
+
+NOBODY_BEFORE = Before(NOBODY, 0)
+
+
+class Order(NamedTuple):
+    """Who goes before a train, by passage of its route."""
+
+    ahead: tuple[Before, ...]
+    """The train before on the same track in the same direction."""
+    waits: tuple[tuple[Before, ...], ...]
+    """Trains whose tails must have left their passage before this one may be entered."""
+
+
+def passages(line: Line, route: Sequence[str]) -> tuple[Passage, ...]:
+    """
+    Return the tracks of a route as its trains pass them.
+
+    Parameters
+    ----------
+    line
+        The line.
+    route
+        Its tracks, in order.
+
+    Returns
+    -------
+    tuple[Passage, ...]
+        One by track.
+    """
+    found, entry_m, turnout = [], line.track_by_id[route[0]].start_m, -1
+    for name in route:
+        track, behind = line.track_by_id[name], line.turnout_behind(name)
+        fouling_m = (track.end_m, track.end_m)
+        if behind >= 0:
+            fouling_m = line.fouling_m(behind, track.direction)
+        found.append(Passage(name, entry_m, fouling_m[1], turnout))
+        entry_m, turnout = fouling_m[0], behind
+    return tuple(found)
+
+
+def orders(line: Line, services: Sequence[Service]) -> tuple[Order, ...]:
+    """
+    Return who goes before whom.
+
+    Parameters
+    ----------
+    line
+        The line.
+    services
+        Its trains.
+
+    Returns
+    -------
+    tuple[Order, ...]
+        By train.
+    """
+    ways = {service.route: passages(line, service.route) for service in services}
+    if not line.network:
+        return _chain_orders(services)
+    events = _booked_events(services, ways)
+    ahead = [[NOBODY_BEFORE] * len(service.route) for service in services]
+    waits: list[list[set[Before]]] = [[set() for _ in service.route] for service in services]
+    last_on = defaultdict[str, dict[str, Before]](dict)
+    last_through = defaultdict[int, dict[tuple[str, str], Before]](dict)
+    clash: dict[tuple[tuple[str, str], tuple[str, str]], bool] = {}
+    for row, number in events:
+        route = services[row].route
+        track, turnout = route[number], ways[route][number].turnout
+        users = last_on[line.track_by_id[track].place]
+        ahead[row][number] = users.get(track, NOBODY_BEFORE)
+        waits[row][number].update(before for other, before in users.items() if other != track)
+        users[track] = Before(row, number)
+        if turnout < 0:
+            continue
+        move = route[number - 1], track
+        for other, before in last_through[turnout].items():
+            pair = move, other
+            if pair not in clash:
+                clash[pair] = conflicting(line, *pair)
+            if clash[pair]:
+                waits[row][number].add(before)
+        last_through[turnout][move] = Before(row, number - 1)
+    return tuple(
+        Order(tuple(one), tuple(tuple(sorted(w - {NOBODY_BEFORE})) for w in two))
+        for one, two in zip(ahead, waits, strict=True)
+    )
+
+
+def _chain_orders(services: Sequence[Service]) -> tuple[Order, ...]:
+    """Return who goes before whom in the order of the timetable."""
+    last_on: dict[str, Before] = {}
+    found = []
+    for row, service in enumerate(services):
+        found.append(
+            Order(
+                tuple(last_on.get(track, NOBODY_BEFORE) for track in service.route),
+                ((),) * len(service.route),
+            )
+        )
+        last_on |= {track: Before(row, number) for number, track in enumerate(service.route)}
+    return tuple(found)
+
+
+def conflicting(line: Line, one: tuple[str, str], other: tuple[str, str]) -> bool:
+    """
+    Return whether two movements through the same points cannot be at the same time.
+
+    Parameters
+    ----------
+    line
+        The network.
+    one, other
+        Tracks before and behind the points, each in its running direction.
+
+    Returns
+    -------
+    bool
+        They share a physical track on either side, or cross. Trains that go the same way follow
+        each other; that is no conflict.
+    """
+    if one == other:
+        return False
+    (west, east), (others_west, others_east) = _sides(line, one), _sides(line, other)
+    if west.place == others_west.place or east.place == others_east.place:
+        return True
+    before, behind = west.across - others_west.across, east.across - others_east.across
+    return before * behind <= 0.0
+
+
+def _sides(line: Line, move: tuple[str, str]) -> list[Track]:
+    """Return the tracks of a movement on the side of lower and of higher chainage."""
+    tracks = [line.track_by_id[track] for track in move]
+    return tracks if tracks[0].direction is Direction.RISING else tracks[::-1]
+
+
+def _booked_events(
+    services: Sequence[Service], ways: Mapping[tuple[str, ...], tuple[Passage, ...]]
+) -> list[tuple[int, int]]:
+    """Return train and passage of every booked entry, in order; nobody overtakes on a track."""
+    times_s = [_entries_s(service, ways[service.route]) for service in services]
+    # Who has entered a track and not left it yet, first one first.
+    on_track = defaultdict[str, list[int]](list)
+    behind: dict[int, list[tuple[float, int, int]]] = defaultdict(list)
+    due = [(times[0], row, 0) for row, times in enumerate(times_s)]
+    heapq.heapify(due)
+    events = []
+    while due:
+        time_s, row, number = heapq.heappop(due)
+        route = services[row].route
+        if number > 0:
+            queue = on_track[route[number - 1]]
+            if queue[0] != row:
+                # Who is before it leaves first.
+                behind[queue[queue.index(row) - 1]].append((time_s, row, number))
+                continue
+            queue.pop(0)
+            for then_s, follower, entry in behind.pop(row, ()):
+                heapq.heappush(due, (max(then_s, time_s), follower, entry))
+        if number < len(route):
+            events.append((row, number))
+            on_track[route[number]].append(row)
+            heapq.heappush(due, (max(times_s[row][number + 1], time_s), row, number + 1))
+    return events
+
+
+def _entries_s(service: Service, way: Sequence[Passage]) -> list[float]:
+    """Return when a train is booked to enter each of its tracks, and to be gone. [s]"""
+    calls = service.calls
+    # Two points at every stop; the run between two is taken as even.
+    places_m = np.array([place for call in calls for place in (call.stop_m, call.stop_m + 1e-6)])
+    times_s = np.array([time for call in calls for time in (call.arrival_s, call.departure_s)])
+    entries_m = np.array([passage.entry_m for passage in way[1:]])
+    inner_s = np.interp(entries_m, places_m, times_s).tolist()
+    return [calls[0].arrival_s, *inner_s, calls[-1].departure_s]
+
+
+Event: TypeAlias = tuple[int, int, int]
+"""A train, its passage, and whether it enters it (0) or has cleared it (1)."""
+
+
+def waiting_cycle(
+    line: Line, services: Sequence[Service], found: Sequence[Order], length_m: Mapping[str, float]
+) -> list[tuple[int, int]]:
+    """
+    Return trains that would wait for each other for ever, if there are any.
+
+    Every entry of a track, and every clearing of one, is an event that comes after others: after
+    the train's own ones before it, after the clearings that it waits for, and after those of the
+    train ahead, because nobody passes it. As long as none of them comes after itself, the first of
+    those that have not happened yet can always happen, whatever is late: there is no deadlock. It
+    is enough, not needed: trains that wait on a track are taken to stand far apart.
+
+    Parameters
+    ----------
+    line
+        The network.
+    services
+        The trains.
+    found
+        Who goes before whom, from :func:`orders`.
+    length_m
+        Length by train type. [m]
+
+    Returns
+    -------
+    list[tuple[int, int]]
+        Train and passage of each event of a cycle; empty where there is none.
+
+    References
+    ----------
+    .. [1] A. Mascis and D. Pacciarelli, "Job-shop scheduling with blocking and no-wait
+       constraints", European Journal of Operational Research 143 (2002): the alternative graph; a
+       selection without a cycle is a feasible schedule.
+    """
+    spacing_m = max(length_m.values()) + ROOM_M
+    spacing_m += 2.0 * max((block.end_m - block.start_m for block in line.blocks), default=0.0)
+    after: dict[Event, list[Event]] = defaultdict(list)
+    for row, (service, order) in enumerate(zip(services, found, strict=True)):
+        way = passages(line, service.route)
+        last = len(way) - 1
+        for number, passage in enumerate(way):
+            enters, clears = (row, number, 0), (row, number, 1)
+            after[enters] += [(b.row, b.passage, 1) for b in order.waits[number]]
+            if number:
+                after[enters].append((row, number - 1, 0))
+            # Where the front is when the tail has left; whoever ends before that leaves the line.
+            front_m = passage.clear_m + length_m[service.train_type]
+            entered = [n for n in range(number, last + 1) if way[n].entry_m < front_m]
+            after[clears].append((row, entered[-1], 0))
+            end_m = way[number + 1].entry_m if number < last else passage.clear_m
+
+            def gone(room_m: float, at: Before) -> list[Event]:
+                """Return the clearing of whom there is no room for any more."""
+                before = at
+                for _ in range(int(room_m / spacing_m)):
+                    if before.row >= 0:
+                        before = found[before.row].ahead[before.passage]
+                return [(before.row, before.passage, 1)] if before.row >= 0 else []
+
+            ahead = order.ahead[number]
+            if number < last:
+                after[row, number + 1, 0] += gone(0.0, ahead)
+            else:
+                after[clears] += gone(end_m - service.calls[-1].stop_m, ahead)
+            if number:
+                room_m = end_m - way[number - 1].clear_m
+                after[row, number - 1, 1] += gone(room_m - spacing_m, ahead)
+            else:
+                after[enters] += gone(end_m - service.calls[0].stop_m, ahead)
+    return [(row, number) for row, number, _ in _cycle(after)]
+
+
+def _cycle(after: Mapping[Event, Sequence[Event]]) -> list[Event]:
+    """Return the nodes of a cycle in a graph; none if there is none."""
+    try:
+        TopologicalSorter(after).prepare()
+    except CycleError as error:
+        cycle: list[Event] = error.args[1]
+        return cycle
+    return []
