@@ -182,6 +182,28 @@ class Layout:
         here = [self.tracks[track] for place, track in self.platforms if place == station]
         return next(t.id for t in here if (t.direction, t.across) == (direction, across))
 
+    def share(self, leg: tuple[str, str], km: float, direction: str) -> float:
+        """
+        Return how much of a leg lies before a place.
+
+        Parameters
+        ----------
+        leg
+            Stations of departure and of arrival.
+        km
+            The place.
+        direction
+            Of the train.
+
+        Returns
+        -------
+        float
+            From 0 to 1.
+        """
+        shift_km = 0.0 if direction == "rising" else BEYOND_KM - BEFORE_KM
+        start_km, end_km = (self.station_km[station] + shift_km for station in leg)
+        return (km - start_km) / (end_km - start_km)
+
     def passages(self, start: str, end: str, direction: str) -> list[Passage]:
         """
         Return the movements over nodes from one track to another.

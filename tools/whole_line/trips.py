@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tools.whole_line_layout import JUNCTION, Layout
+from tools.whole_line.layout import JUNCTION, Layout
 
 PUBLIC_FILE = "public_timetable.csv"
 FIRST_COLUMNS = 5

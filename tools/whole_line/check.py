@@ -1,0 +1,2 @@
+"""x"""
+def check_folder(*a): return {}
