@@ -25,7 +25,9 @@ READY_MIN = 1.0
 CLEAR_MIN = 1.0
 """Least time between two trains at one platform track, in estimated times. [min]"""
 CLOSE_MIN = 2.0
-"""Movements that cross within this time count against a platform track. [min]"""
+"""Movements that cross within this time, or follow at a track, count against it. [min]"""
+SOON_PRICE = 1.5
+"""Price of a track that was left just before; a crossing costs 1."""
 
 
 @dataclass(slots=True)
@@ -194,7 +196,11 @@ def _assign(stays: Sequence[Stay], tracks: Sequence[str], layout: Layout) -> Non
         open_tracks = clear or [min(tracks, key=free_min.__getitem__)]
         chosen = min(
             open_tracks,
-            key=lambda name: (_crossings(stay, name, done, layout), free_min[name]),
+            key=lambda name: (
+                _crossings(stay, name, done, layout)
+                + SOON_PRICE * (free_min[name] + CLOSE_MIN > stay.start_min),
+                free_min[name],
+            ),
         )
         free_min[chosen] = stay.end_min
         done.append((stay, chosen))
