@@ -26,6 +26,12 @@ CLEAR_MIN = 1.0
 """Least time between two trains at one platform track, in estimated times. [min]"""
 CLOSE_MIN = 2.0
 """Movements that cross within this time, or follow at a track, count against it. [min]"""
+TAKEN_PRICE = 1000.0
+"""Price of a track that is not free."""
+LOOK_BACK = 6
+"""So many stays before are looked at."""
+MOST_PLANS = 1000
+"""So many plans are followed at a time."""
 SOON_PRICE = 1.5
 """Price of a track that was left just before; a crossing costs 1."""
 
@@ -76,6 +82,10 @@ class Stay:
             msg = "a stay has a train"
             raise ValueError(msg)
         return trip
+
+
+Plan = tuple[float, tuple[tuple[Stay, str], ...]]
+"""Price, and the track of every stay so far."""
 
 
 def read_trips(folder: Path) -> list[Trip]:
@@ -189,25 +199,31 @@ def _crowd(stays: Sequence[Stay], tracks: int) -> list[Stay]:
 
 def _assign(stays: Sequence[Stay], tracks: Sequence[str], layout: Layout) -> None:
     """Give every stay a track: free, and with few crossing movements at the points."""
-    free_min = dict.fromkeys(tracks, 0.0)
-    done: list[tuple[Stay, str]] = []
+    plans: list[Plan] = [(0.0, ())]
     for stay in sorted(stays, key=lambda stay: stay.start_min):
-        clear = [name for name in tracks if free_min[name] + CLEAR_MIN <= stay.start_min]
-        open_tracks = clear or [min(tracks, key=free_min.__getitem__)]
-        chosen = min(
-            open_tracks,
-            key=lambda name: (
-                _crossings(stay, name, done, layout)
-                + SOON_PRICE * (free_min[name] + CLOSE_MIN > stay.start_min),
-                free_min[name],
-            ),
-        )
-        free_min[chosen] = stay.end_min
-        done.append((stay, chosen))
+        longer = [
+            (cost + _price(stay, name, done, layout), (*done, (stay, name)))
+            for cost, done in plans
+            for name in tracks
+        ]
+        # Only what was given last matters for what comes; the cheapest of each is kept.
+        best: dict[tuple[str, ...], Plan] = {}
+        for plan in sorted(longer, key=lambda plan: plan[0]):
+            best.setdefault(tuple(name for _, name in plan[1][-LOOK_BACK:]), plan)
+        plans = list(best.values())[:MOST_PLANS]
+    for stay, name in plans[0][1]:
         if stay.ending:
-            stay.ending.tracks[-1] = chosen
+            stay.ending.tracks[-1] = name
         if stay.beginning:
-            stay.beginning.tracks[0] = chosen
+            stay.beginning.tracks[0] = name
+
+
+def _price(stay: Stay, name: str, done: Sequence[tuple[Stay, str]], layout: Layout) -> float:
+    """Return what it costs that a stay has a track, after those before."""
+    gone_min = [other.end_min for other, track in done[-LOOK_BACK:] if track == name]
+    spare_min = stay.start_min - max(gone_min, default=0.0)
+    taken = TAKEN_PRICE * (spare_min < CLEAR_MIN) + SOON_PRICE * (spare_min < CLOSE_MIN)
+    return taken + _crossings(stay, name, done, layout)
 
 
 def _crossings(
@@ -215,7 +231,7 @@ def _crossings(
 ) -> int:
     """Count arrivals that cross a departure at nearly the same time, the track being given."""
     count = 0
-    for other, track in done[-6:]:
+    for other, track in done[-LOOK_BACK:]:
         pairs = ((stay, name, other, track), (other, track, stay, name))
         for coming, coming_track, going, going_track in pairs:
             if not (coming.ending and going.beginning):
