@@ -48,9 +48,7 @@ class Booked:
         for start, end in pairwise(self.calls[train]):
             run_s = end.arrival_s - start.departure_s
             for passage in self.layout.passages(start.track, end.track, direction):
-                share = self.layout.share(
-                    (start.station, end.station), passage.node.km, direction
-                )
+                share = self.layout.share((start.station, end.station), passage.node.km, direction)
                 yield start.departure_s + share * run_s, passage
 
 

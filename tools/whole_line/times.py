@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import linprog
 from scipy.sparse import coo_array
+
 from tools.whole_line.layout import Layout, Passage
 from tools.whole_line.runs import UNIT_S, Usual
 from tools.whole_line.trips import Trip, by_id
@@ -36,6 +37,7 @@ STEPS = (0, 4)
 """A deviation counts once more beyond each of these. [units]"""
 PUBLIC_PRICE = 50.0
 """Price of a unit outside the public minute; a unit off the usual figures costs 1."""
+
 
 class Moment(NamedTuple):
     """A time: an unknown and what is added to it."""
@@ -121,7 +123,10 @@ class Day:
         """Return about when a train comes to a station. [units]"""
         ends = index + 1 == len(trip.stations)
         dwell = 0 if ends else self.usual.dwell[trip.stations[index]]
-        return self.estimate(trip, index) - dwell
+        leg = (trip.stations[index - 1], trip.stations[index])
+        # Some wait long for their public departure: they came when the run was over.
+        run_over = self.estimate(trip, index - 1) + self.usual.run[leg]
+        return min(self.estimate(trip, index) - dwell, run_over)
 
     def first_unknowns(self) -> dict[str, int]:
         """Return the first unknown of every train."""
@@ -221,25 +226,12 @@ def _add_stays(programme: Programme, day: Day, first: Mapping[str, int]) -> None
 def _add_points(programme: Programme, day: Day, first: Mapping[str, int]) -> None:
     """Keep conflicting movements over points apart."""
     over: dict[str, list[tuple[float, Moment, Passage]]] = {}
-    ways: dict[tuple[str, str, str], list[Passage]] = {}
     for trip in day.trips:
-        for index, (start, end) in enumerate(pairwise(trip.tracks)):
-            way = (start, end, trip.direction)
-            if way not in ways:
-                ways[way] = day.layout.passages(*way)
-            leg = (trip.stations[index], trip.stations[index + 1])
-            for passage in ways[way]:
-                share = day.layout.share(leg, passage.node.km, trip.direction)
-                run = day.usual.run[leg]
-                at = first[trip.train] + 2 * index + 1
-                if share < 0.5:
-                    moment, estimate = Moment(at, share * run), day.estimate(trip, index)
-                else:
-                    moment = Moment(at + 1, (share - 1.0) * run)
-                    estimate = day.estimate_arrival(trip, index + 1)
-                over.setdefault(passage.node.id, []).append(
-                    (estimate + moment.offset, moment, passage)
-                )
+        for index, way in enumerate(pairwise(trip.tracks)):
+            at = first[trip.train] + 2 * index + 1
+            for passage in day.layout.passages(*way, trip.direction):
+                movement = _movement(day, trip, index, at, passage)
+                over.setdefault(passage.node.id, []).append(movement)
     for movements in over.values():
         movements.sort(key=lambda movement: movement[:2])
         for index, (time, moment, passage) in enumerate(movements):
@@ -248,6 +240,20 @@ def _add_points(programme: Programme, day: Day, first: Mapping[str, int]) -> Non
                     break
                 if passage.conflicts(other):
                     programme.at_least(later, moment, POINTS)
+
+
+def _movement(
+    day: Day, trip: Trip, index: int, at: int, passage: Passage
+) -> tuple[float, Moment, Passage]:
+    """Return about when a train comes to a node after a call, and by which unknown."""
+    leg = (trip.stations[index], trip.stations[index + 1])
+    share, run = day.layout.share(leg, passage.node.km, trip.direction), day.usual.run[leg]
+    if share < 0.5:
+        moment, estimate = Moment(at, share * run), day.estimate(trip, index)
+    else:
+        moment = Moment(at + 1, (share - 1.0) * run)
+        estimate = day.estimate_arrival(trip, index + 1)
+    return estimate + moment.offset, moment, passage
 
 
 def _add_passing(programme: Programme, day: Day, first: Mapping[str, int]) -> None:

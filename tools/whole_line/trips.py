@@ -188,9 +188,7 @@ def _circulate(
 def _crowd(stays: Sequence[Stay], tracks: int) -> list[Stay]:
     """Return stays at one time that are too many and can be parted."""
     for stay in stays:
-        here = [
-            one for one in stays if one.start_min <= stay.start_min < one.end_min + CLEAR_MIN
-        ]
+        here = [one for one in stays if one.start_min <= stay.start_min < one.end_min + CLEAR_MIN]
         parted = [one for one in here if one.ending and one.beginning]
         if len(here) > tracks and parted:
             return parted
@@ -226,9 +224,7 @@ def _price(stay: Stay, name: str, done: Sequence[tuple[Stay, str]], layout: Layo
     return taken + _crossings(stay, name, done, layout)
 
 
-def _crossings(
-    stay: Stay, name: str, done: Sequence[tuple[Stay, str]], layout: Layout
-) -> int:
+def _crossings(stay: Stay, name: str, done: Sequence[tuple[Stay, str]], layout: Layout) -> int:
     """Count arrivals that cross a departure at nearly the same time, the track being given."""
     count = 0
     for other, track in done[-LOOK_BACK:]:
