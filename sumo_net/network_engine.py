@@ -1,5 +1,6 @@
 """The engine of networks: trains move as commanded, and SUMO looks on as a witness."""
 
+from collections.abc import Iterable
 from types import TracebackType
 from typing import Self
 
@@ -74,7 +75,8 @@ class NetworkEngine(PlainEngine):
         self._leaves_sumo: set[int] = set()
         """Trains that have left since then."""
         self._shown: IntArray = np.zeros(0, dtype=np.intp)
-        self._seen_m = np.zeros(world.size)
+        self._vehicles_shown: list[str] = []
+        self._seen_m: FloatArray = np.zeros(world.size)
         """Where each front was when SUMO looked last. [m]"""
         self._inserted_m = np.zeros(world.size)
         """Where each front was when SUMO saw it first. [m]"""
@@ -120,42 +122,48 @@ class NetworkEngine(PlainEngine):
 
     def _look(self, seen: Observation) -> tuple[int, ...]:
         """Let SUMO follow, compare, and return who has collided."""
-        self._take_off_in_sumo()
+        if self._leaves_sumo:
+            self._take_off_in_sumo()
         rows = self._shown
-        self._move_in_sumo(rows, seen.front_m[rows] - self._seen_m[rows], seen.speed_mps[rows])
+        front_m, speed_mps = seen.front_m.take(rows), seen.speed_mps.take(rows)
+        self._move_in_sumo(front_m - self._seen_m.take(rows), speed_mps)
         added = sorted(self._waits_for_sumo)
         for row in added:
             self._add_to_sumo(row, float(seen.front_m[row]), float(seen.speed_mps[row]))
         self._waits_for_sumo.clear()
         self._sumo.simulationStep()
         ended = [self._row_of[vehicle] for vehicle in self._sumo.simulation.getArrivedIDList()]
-        shown = np.concatenate([rows, np.array(added, dtype=np.intp)])
-        self._shown = np.setdiff1d(shown, ended)
-        self._seen_m[self._shown] = seen.front_m[self._shown]
+        if added or ended:
+            self._show({*rows.tolist(), *added} - {*ended})
+        self._seen_m = seen.front_m
         collided = self._new_collisions()
         self._compare(seen)
         return collided
 
+    def _show(self, rows: Iterable[int]) -> None:
+        """Take note of who is in SUMO."""
+        self._shown = np.array(sorted(rows), dtype=np.intp)
+        self._vehicles_shown = [self._vehicles[row] for row in self._shown.tolist()]
+
     def _take_off_in_sumo(self) -> None:
         # Whoever enters and leaves between two looks was never there.
         self._waits_for_sumo -= self._leaves_sumo
-        for row in self._leaves_sumo.intersection(self._shown.tolist()):
+        shown = set(self._shown.tolist())
+        for row in shown & self._leaves_sumo:
             self._sumo.vehicle.remove(self._vehicles[row])
-        self._shown = np.setdiff1d(self._shown, list(self._leaves_sumo))
+        self._show(shown - self._leaves_sumo)
         self._leaves_sumo.clear()
 
-    def _move_in_sumo(self, rows: IntArray, gone_m: FloatArray, speed_mps: FloatArray) -> None:
-        moving = gone_m != 0.0
-        twice_mean_mps = 2.0 * gone_m[moving] / self._period_s
-        before_mps = np.maximum(twice_mean_mps - speed_mps[moving], 0.0)
+    def _move_in_sumo(self, gone_m: FloatArray, speed_mps: FloatArray) -> None:
+        twice_mean_mps = 2.0 * gone_m / self._period_s
+        before_mps = np.maximum(twice_mean_mps - speed_mps, 0.0)
         after_mps = twice_mean_mps - before_mps
         set_before, set_after = self._sumo.vehicle.setPreviousSpeed, self._sumo.vehicle.setSpeed
-        for row, before, after in zip(
-            rows[moving].tolist(), before_mps.tolist(), after_mps.tolist(), strict=True
-        ):
-            vehicle = self._vehicles[row]
-            set_before(vehicle, before)
-            set_after(vehicle, after)
+        # Whoever has not moved had no speed either, and SUMO lets it stand.
+        for place in np.flatnonzero(gone_m).tolist():
+            vehicle = self._vehicles_shown[place]
+            set_before(vehicle, float(before_mps[place]))
+            set_after(vehicle, float(after_mps[place]))
 
     def _add_to_sumo(self, row: int, front_m: float, speed_mps: float) -> None:
         vehicle = self._vehicles[row]
@@ -170,19 +178,22 @@ class NetworkEngine(PlainEngine):
         self._sumo.vehicle.setSpeedMode(vehicle, ALL_CHECKS_OFF)
 
     def _new_collisions(self) -> tuple[int, ...]:
-        pairs = [(met.collider, met.victim) for met in self._sumo.simulation.getCollisions()]
-        colliding = frozenset(self._row_of[train] for pair in pairs for train in pair)
+        met = self._sumo.simulation.getCollisions()
+        colliding = frozenset(
+            self._row_of[train] for one in met for train in (one.collider, one.victim)
+        )
         fresh = colliding - self._colliding
         self._colliding = colliding
         self._met |= fresh
         return tuple(sorted(fresh))
 
     def _compare(self, seen: Observation) -> None:
-        rows = self._shown[~np.isin(self._shown, list(self._met))]
-        distance = self._sumo.vehicle.getDistance
-        gone_m = [distance(self._vehicles[row]) for row in rows.tolist()]
-        apart_m = np.abs(seen.front_m[rows] - self._inserted_m[rows] - gone_m)
+        rows = self._shown
+        gone_m = list(map(self._sumo.vehicle.getDistance, self._vehicles_shown))
+        apart_m = np.abs(seen.front_m.take(rows) - self._inserted_m.take(rows) - gone_m)
+        if self._met:
+            apart_m[np.isin(rows, list(self._met))] = 0.0
         if apart_m.max(initial=0.0) > AGREEMENT_M:
-            train = self._vehicles[rows[int(apart_m.argmax())]]
+            train = self._vehicles_shown[int(apart_m.argmax())]
             msg = f"{train} is {apart_m.max():.3f} m off its commands at {seen.time_s:.1f} s"
             raise EngineDisagreementError(msg)
