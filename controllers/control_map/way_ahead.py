@@ -252,7 +252,11 @@ def lower_to_obstructions(
         if crossing < 0:
             section = order.points[number]
             ahead = order.through[row, section]
-            if ahead >= 0 and not gone[ahead] and rear_m[ahead, 0] < order.clear_m[row, section - 1]:
+            if (
+                ahead >= 0
+                and not gone[ahead]
+                and rear_m[ahead, 0] < order.clear_m[row, section - 1]
+            ):
                 # These points are still another train's.
                 continue
         wait_s = obstructions.until_s[number] - grid.now_s

@@ -182,9 +182,7 @@ class Tracker:
             seen.left,
         )
 
-    def _find_leaders(
-        self, left: tuple[int, ...], cleared: IntArray | None, time_s: float
-    ) -> None:
+    def _find_leaders(self, left: tuple[int, ...], cleared: IntArray | None, time_s: float) -> None:
         """Let those who have cleared a track or left the line lead nobody there any more."""
         if cleared is not None:
             self._leaders.clear(cleared, time_s)

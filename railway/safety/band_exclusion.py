@@ -70,8 +70,7 @@ def layers_of(world: World) -> Layers:
         for service in services
     ]
     passed = [
-        [start_m < points.position_m < end_m for start_m, end_m in ways_m]
-        for points in turnouts
+        [start_m < points.position_m < end_m for start_m, end_m in ways_m] for points in turnouts
     ]
     routes = [frozenset(service.route) for service in services]
     used = [[track.id in route for route in routes] for track in tracks]
