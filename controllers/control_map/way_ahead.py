@@ -139,15 +139,8 @@ def lower_to_bands(
         entry_m = order.entry_m[row, section]
         if section > here and entry_m >= ends.reach_m:
             return
-        ahead = order.through[row, section]
-        outside = section > here and ends.front_m <= entry_m + AT_START_M
-        if outside:
+        if section > here and ends.front_m <= entry_m + AT_START_M:
             _wait(eoas, row, section, grid, others)
-        if outside and order.turnout[row, section] >= 0 and ahead >= 0 and not gone[ahead]:
-            locked = _locked_moments(row, section, grid, rear_m, order)
-            # A train that goes the same way is in the way itself, before its points are.
-            by = ahead if order.same_way[row, section] else _points_at(order, row, section)
-            raise_wall(eoas, by, entry_m, 0, locked)
         ahead = _still_before(row, section, gone, order)
         if ahead < 0 or gone[ahead]:
             continue
@@ -169,6 +162,12 @@ def _wait(eoas: EndsOfAuthority, row: int, passage: int, grid: Grid, others: Oth
     """Draw ends back to a passage until all have left that have to do so first."""
     rear_m, gone, order = others
     entry_m, throw_s = order.entry_m[row, passage], order.throw_s[row, passage]
+    ahead = order.through[row, passage]
+    if order.turnout[row, passage] >= 0 and ahead >= 0 and not gone[ahead]:
+        locked = _locked_moments(row, passage, grid, rear_m, order)
+        # A train that goes the same way is in the way itself, before its points are.
+        by = ahead if order.same_way[row, passage] else _points_at(order, row, passage)
+        raise_wall(eoas, by, entry_m, 0, locked)
     for wait in range(order.waits[0, row, passage], order.waits[1, row, passage]):
         ahead = order.wait_row[wait]
         if gone[ahead]:

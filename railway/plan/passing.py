@@ -308,25 +308,24 @@ def waiting_cycle(
             after[clears].append((row, entered[-1], 0))
             end_m = way[number + 1].entry_m if number < last else passage.clear_m
 
-            def gone(room_m: float, at: Before) -> list[Event]:
-                """Return the clearing of whom there is no room for any more."""
-                before = at
-                for _ in range(int(room_m / spacing_m)):
-                    if before.row >= 0:
-                        before = found[before.row].ahead[before.passage]
-                return [(before.row, before.passage, 1)] if before.row >= 0 else []
-
             ahead = order.ahead[number]
-            if number < last:
-                after[row, number + 1, 0] += gone(0.0, ahead)
-            else:
-                after[clears] += gone(end_m - service.calls[-1].stop_m, ahead)
+            leaves, room_m = (row, number + 1, 0), 0.0
+            if number == last:
+                leaves, room_m = clears, end_m - service.calls[-1].stop_m
+            after[leaves] += _gone(found, ahead, int(room_m / spacing_m))
+            comes, room_m = enters, end_m - service.calls[0].stop_m
             if number:
-                room_m = end_m - way[number - 1].clear_m
-                after[row, number - 1, 1] += gone(room_m - spacing_m, ahead)
-            else:
-                after[enters] += gone(end_m - service.calls[0].stop_m, ahead)
+                comes, room_m = (row, number - 1, 1), end_m - way[number - 1].clear_m - spacing_m
+            after[comes] += _gone(found, ahead, int(room_m / spacing_m))
     return [(row, number) for row, number, _ in _cycle(after)]
+
+
+def _gone(found: Sequence[Order], before: Before, room: int) -> list[Event]:
+    """Return the clearing of the first train ahead on a track that there is no room for any more."""
+    for _ in range(room):
+        if before.row != NOBODY:
+            before = found[before.row].ahead[before.passage]
+    return [(before.row, before.passage, 1)] if before.row != NOBODY else []
 
 
 def _cycle(after: Mapping[Event, Sequence[Event]]) -> list[Event]:
