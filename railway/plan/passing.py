@@ -321,7 +321,7 @@ def waiting_cycle(
 
 
 def _gone(found: Sequence[Order], before: Before, room: int) -> list[Event]:
-    """Return the clearing of the first train ahead on a track that there is no room for any more."""
+    """Return the clearing of the first train ahead that there is no room for any more."""
     for _ in range(room):
         if before.row != NOBODY:
             before = found[before.row].ahead[before.passage]
