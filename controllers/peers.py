@@ -106,6 +106,9 @@ def build_peer(name: str, peer: str, world: World) -> Controller:
     if peer not in PEERS:
         problem = f"{peer!r} is not known"
         raise OptionError(problem, ", ".join(PEERS))
+    if world.line.network:
+        problem = f"{peer!r} runs on chains only, and the line is a network"
+        raise OptionError(problem, "a protection and an operation")
     if not (PEERS[peer].moving_block or world.line.blocks):
         problem = f"{peer!r} needs blocks, and the line has none"
         raise OptionError(problem, "a line with blocks.csv, or sumo_native_moving")

@@ -17,7 +17,7 @@ from kankaku.railway.places import CACHE, cache_folder, chosen_cache
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
-from kankaku.sumo_net import native_xml, plain_xml, routes_xml
+from kankaku.sumo_net import native_xml, network_xml, plain_xml, routes_xml
 
 NETCONVERT_OPTIONS = (
     "--no-internal-links",
@@ -40,6 +40,10 @@ _PROCESSING = {"time-to-teleport": "-1", "collision.action": "warn"}
 COMMANDED_OPTIONS = {"step-method.ballistic": "true", **_PROCESSING}
 NATIVE_OPTIONS = {**_PROCESSING, "collision.mingap-factor": "0"}
 """SUMO's rail model knows no ballistic steps; trains collide when they touch, not before."""
+NETWORK_OPTIONS = {**COMMANDED_OPTIONS, **IGNORE_SIGNALS, "insertion-checks": "none"}
+"""Else a train that stands on a two-way track would keep others out of all of it."""
+WITNESS_S = 1.0
+"""How often SUMO looks at a network. [s]"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,11 +126,14 @@ def network(line: Line) -> Path:
 
 def _network(line: Line) -> tuple[str, bytes]:
     """Return the name in the cache and the network; a cache that nobody chose may be missing."""
-    plain = {
-        "node": plain_xml.nodes_xml(line),
-        "edge": plain_xml.edges_xml(line),
-        "connection": plain_xml.connections_xml(line),
-    }
+    if line.network:
+        plain = network_xml.plain_network(line)
+    else:
+        plain = {
+            "node": plain_xml.nodes_xml(line),
+            "edge": plain_xml.edges_xml(line),
+            "connection": plain_xml.connections_xml(line),
+        }
     content = "\0".join([version("eclipse-sumo"), *NETCONVERT_OPTIONS, *plain.values()])
     cache = cache_folder()
     name = f"{hashlib.sha256(content.encode()).hexdigest()}.net.xml"
@@ -224,13 +231,16 @@ def build(
     -------
     SumoFiles
         Configuration that ``sumo -c`` runs as it is: SUMO then drives the trains itself,
-        until the last one has left the line.
+        until the last one has left the line. That of a network has no trains, and neither
+        signals: the engine adds trains while it runs.
 
     Raises
     ------
     NetworkError
         If netconvert refuses the network.
     """
+    if scenario.line.network:
+        return _build_network(scenario, world, dwell_delay_s, folder)
     # Limits are the controller's, not SUMO's.
     blocks = scenario.line.blocks if signals else ()
     line = replace(scenario.line, limits=(), blocks=blocks)
@@ -240,6 +250,35 @@ def build(
     )
     files = {"platforms.add.xml": plain_xml.platforms_xml(line), "trains.rou.xml": routes}
     return _write(folder, line, files, options, world, dwell_delay_s)
+
+
+def _build_network(
+    scenario: Scenario, world: World, dwell_delay_s: FloatArray, folder: Path
+) -> SumoFiles:
+    services = scenario.timetable.services
+    files = {
+        "platforms.add.xml": network_xml.network_platforms_xml(scenario.line),
+        "trains.rou.xml": network_xml.network_routes_xml(scenario.train_types.values(), services),
+    }
+    return _write(folder, scenario.line, files, NETWORK_OPTIONS, world, dwell_delay_s)
+
+
+def steps_per_look(step_s: float) -> int:
+    """
+    Return after how many control steps SUMO looks at a network.
+
+    Parameters
+    ----------
+    step_s
+        Length of a control step. [s]
+
+    Returns
+    -------
+    int
+        As many as make a second; 1 if no whole number does. [-]
+    """
+    steps = round(WITNESS_S / step_s)
+    return steps if abs(steps * step_s - WITNESS_S) < 1e-9 else 1
 
 
 def build_native(
@@ -304,7 +343,8 @@ def _write(
     net = folder / "line.net.xml"
     net.write_bytes(_network(line)[1])
     additional = ",".join(name for name in files if name.endswith(".add.xml"))
-    configuration = _configuration_xml(additional, begin_s, world.step_s, options)
+    step_s = world.step_s * (steps_per_look(world.step_s) if line.network else 1)
+    configuration = _configuration_xml(additional, begin_s, step_s, options)
     for name, text in {**files, "line.sumocfg": configuration}.items():
         (folder / name).write_text(text, encoding="utf-8")
     dwell_s = world.minimum_dwell_s[:, :-1] + dwell_delay_s

@@ -120,6 +120,31 @@ def track_points(
     from_end_m = np.minimum(where_m - stretch.start_m, stretch.end_m - where_m)
     spread = np.clip(from_end_m / ramp_m, 0.0, 1.0)
     offset_m = TRACK_SPACING_M * (0.5 * (len(stretch.tracks) - 1) - track) * spread
+    return beside(line, drawn, where_m, offset_m)
+
+
+def beside(
+    line: Line, drawn: CentreLine, where_m: FloatArray, offset_m: FloatArray | float
+) -> FloatArray:
+    """
+    Return points beside the centre line.
+
+    Parameters
+    ----------
+    line
+        The line, for heights.
+    drawn
+        Its centre line.
+    where_m
+        Chainage of the points. [m], shape (n_points,)
+    offset_m
+        How far to the left of the centre line, looking along rising chainage. [m]
+
+    Returns
+    -------
+    FloatArray
+        East, north and height. [m], shape (n_points, 3)
+    """
     x_m, y_m = drawn.at(where_m)
     ahead_x_m, ahead_y_m = drawn.at(where_m + 1.0)
     behind_x_m, behind_y_m = drawn.at(where_m - 1.0)

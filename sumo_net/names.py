@@ -39,6 +39,23 @@ def section_node(boundary: int) -> str:
     return f"section#{boundary}"
 
 
+def network_node(node: str) -> str:
+    """
+    Return a node of a network.
+
+    Parameters
+    ----------
+    node
+        Its identifier in the files.
+
+    Returns
+    -------
+    str
+        The identifier.
+    """
+    return f"node#{safe(node)}"
+
+
 def signal_node(track: str, index: int) -> str:
     """
     Return the node of a signal within a track.
@@ -111,6 +128,23 @@ def lane(edge_id: str) -> str:
         The identifier.
     """
     return f"{edge_id}_0"
+
+
+def route(number: int) -> str:
+    """
+    Return a route that trains share.
+
+    Parameters
+    ----------
+    number
+        Counted from 0. [-]
+
+    Returns
+    -------
+    str
+        The identifier.
+    """
+    return f"route#{number}"
 
 
 def platform(station: str, track: str) -> str:

@@ -53,6 +53,7 @@ from kankaku.studies.running import Running
 from kankaku.sumo_net.build import build, build_native
 from kankaku.sumo_net.engine import SumoEngine
 from kankaku.sumo_net.native import NativeEngine
+from kankaku.sumo_net.network_engine import NetworkEngine
 
 __all__ = [
     "Failed",
@@ -141,7 +142,8 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
     controller = _wrapped(registry.build(spec, world, scenario.radio), wrap)
     peer = registry.PEERS[spec.peer] if spec.peer else None
     write = partial(build_native, moving_block=peer.moving_block) if peer else build
-    engine: type[NativeEngine | SumoEngine] = NativeEngine if peer else SumoEngine
+    commanded = NetworkEngine if scenario.line.network else SumoEngine
+    engine: type[NativeEngine | NetworkEngine | SumoEngine] = NativeEngine if peer else commanded
     record = None
     try:
         with tempfile.TemporaryDirectory(prefix="kankaku-", dir=temporary_folder()) as folder:

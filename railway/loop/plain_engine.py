@@ -1,5 +1,6 @@
 """An engine that moves trains exactly as commanded and keeps their stops itself."""
 
+from types import TracebackType
 from typing import Self
 
 import numpy as np
@@ -57,7 +58,12 @@ class PlainEngine:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         return None
 
     @property

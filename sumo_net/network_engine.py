@@ -1,0 +1,199 @@
+"""The engine of networks: trains move as commanded, and SUMO looks on as a witness."""
+
+from collections.abc import Iterable
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.loop.plain_engine import PlainEngine
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.engine_contract import Observation
+from kankaku.sumo_net import names
+from kankaku.sumo_net.build import SumoFiles, steps_per_look
+from kankaku.sumo_net.engine import (
+    AGREEMENT_M,
+    ALL_CHECKS_OFF,
+    EngineDisagreementError,
+    close,
+    disarm,
+    start,
+)
+from kankaku.sumo_net.network_xml import edge_of, route_names, twins
+
+
+class NetworkEngine(PlainEngine):
+    """
+    Runs trains on a network, with SUMO as an independent witness of collisions.
+
+    Commands are integrated and stops are kept here. Once a second, or in every step where a second
+    is no multiple of it, and in a run that is watched, SUMO moves its trains in one step of its own
+    to where ours are. A ballistic step moves a train by the mean of two speeds, and both are chosen
+    for it: the speed before the step is the one that gives the distance gone together with our
+    present speed. Where that would be negative, which SUMO refuses, it is zero, and SUMO's train is
+    slower than ours at the end of the step; places agree all the same, however often a train has
+    stopped and started in between. SUMO says afterwards how far each train has gone, and the run
+    ends if that is not what we say.
+
+    A train that has entered since SUMO looked last is put where it is now, on the edge of its
+    origin; one that has left is taken off before SUMO's step, so that a train that takes over the
+    stock of another one is never there together with it. SUMO itself takes off a train whose front
+    passes the end of its route; from then on it does not see it. Trains that have met are not
+    compared any more: what SUMO does with them is its own affair.
+
+    SUMO sees trains that overlap on a track, in either direction, when it looks; see
+    :mod:`kankaku.sumo_net.network_xml` for what it does not see.
+
+    Parameters
+    ----------
+    files
+        What SUMO reads.
+    world
+        Network, fleet and timetable.
+    gui
+        Show the run in sumo-gui.
+    """
+
+    def __init__(self, files: SumoFiles, world: World, *, gui: bool = False) -> None:
+        super().__init__(world, np.zeros_like(files.dwell_s), world.step_s)
+        self._dwell_s = files.dwell_s
+        self._files = files
+        self._gui = gui
+        self._steps_per_look = 1 if gui else steps_per_look(world.step_s)
+        self._period_s = self._steps_per_look * world.step_s
+        services = world.timetable.services
+        self._vehicles = [names.vehicle(service.train) for service in services]
+        self._row_of = {vehicle: row for row, vehicle in enumerate(self._vehicles)}
+        route_of = route_names(services)
+        self._routes = [route_of[service.route] for service in services]
+        self._types = [names.vehicle_type(service.train_type) for service in services]
+        start_m = {track.id: track.start_m for track in world.line.network}
+        self._route_start_m = np.array([start_m[service.route[0]] for service in services])
+        self._waits_for_sumo: set[int] = set()
+        """Trains that have entered since SUMO looked last."""
+        self._leaves_sumo: set[int] = set()
+        """Trains that have left since then."""
+        self._shown: IntArray = np.zeros(0, dtype=np.intp)
+        self._vehicles_shown: list[str] = []
+        self._seen_m: FloatArray = np.zeros(world.size)
+        """Where each front was when SUMO looked last. [m]"""
+        self._inserted_m = np.zeros(world.size)
+        """Where each front was when SUMO saw it first. [m]"""
+        self._colliding: frozenset[int] = frozenset()
+        self._met: set[int] = set()
+
+    def __enter__(self) -> Self:
+        """Start SUMO."""
+        options = {"step-length": f"{self._period_s:.3f}"}
+        self._sumo = sumo = start(self._files, options, gui=self._gui)
+        for train_type in set(self._types):
+            disarm(sumo, train_type)
+        for rising, falling in twins(self._world.line).items():
+            if sumo.edge.getBidiEdge(edge_of(rising)) != edge_of(falling):
+                msg = f"SUMO does not know that {rising} and {falling} are one track"
+                raise EngineDisagreementError(msg)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """End SUMO; a window that the user closed interrupts the run like Ctrl-C."""
+        close(self._sumo, error)
+
+    def observe(self) -> Observation:
+        """
+        Return what is, once per step.
+
+        Returns
+        -------
+        Observation
+            The present moment; its arrays are not written to afterwards.
+        """
+        seen = super().observe()
+        self._waits_for_sumo |= set(seen.entered)
+        self._leaves_sumo |= set(seen.left)
+        if self._steps == 0 or self._steps % self._steps_per_look:
+            return seen
+        return seen._replace(collided=self._look(seen))
+
+    def _look(self, seen: Observation) -> tuple[int, ...]:
+        """Let SUMO follow, compare, and return who has collided."""
+        if self._leaves_sumo:
+            self._take_off_in_sumo()
+        rows = self._shown
+        front_m, speed_mps = seen.front_m.take(rows), seen.speed_mps.take(rows)
+        self._move_in_sumo(front_m - self._seen_m.take(rows), speed_mps)
+        added = sorted(self._waits_for_sumo)
+        for row in added:
+            self._add_to_sumo(row, float(seen.front_m[row]), float(seen.speed_mps[row]))
+        self._waits_for_sumo.clear()
+        self._sumo.simulationStep()
+        ended = [self._row_of[vehicle] for vehicle in self._sumo.simulation.getArrivedIDList()]
+        if added or ended:
+            self._show({*rows.tolist(), *added} - {*ended})
+        self._seen_m = seen.front_m
+        collided = self._new_collisions()
+        self._compare(seen)
+        return collided
+
+    def _show(self, rows: Iterable[int]) -> None:
+        """Take note of who is in SUMO."""
+        self._shown = np.array(sorted(rows), dtype=np.intp)
+        self._vehicles_shown = [self._vehicles[row] for row in self._shown.tolist()]
+
+    def _take_off_in_sumo(self) -> None:
+        # Whoever enters and leaves between two looks was never there.
+        self._waits_for_sumo -= self._leaves_sumo
+        shown = set(self._shown.tolist())
+        for row in shown & self._leaves_sumo:
+            self._sumo.vehicle.remove(self._vehicles[row])
+        self._show(shown - self._leaves_sumo)
+        self._leaves_sumo.clear()
+
+    def _move_in_sumo(self, gone_m: FloatArray, speed_mps: FloatArray) -> None:
+        twice_mean_mps = 2.0 * gone_m / self._period_s
+        before_mps = np.maximum(twice_mean_mps - speed_mps, 0.0)
+        after_mps = twice_mean_mps - before_mps
+        set_before, set_after = self._sumo.vehicle.setPreviousSpeed, self._sumo.vehicle.setSpeed
+        # Whoever has not moved had no speed either, and SUMO lets it stand.
+        for place in np.flatnonzero(gone_m).tolist():
+            vehicle = self._vehicles_shown[place]
+            set_before(vehicle, float(before_mps[place]))
+            set_after(vehicle, float(after_mps[place]))
+
+    def _add_to_sumo(self, row: int, front_m: float, speed_mps: float) -> None:
+        vehicle = self._vehicles[row]
+        self._inserted_m[row] = front_m
+        self._sumo.vehicle.add(
+            vehicle,
+            self._routes[row],
+            self._types[row],
+            departPos=repr(front_m - float(self._route_start_m[row])),
+            departSpeed=repr(speed_mps),
+        )
+        self._sumo.vehicle.setSpeedMode(vehicle, ALL_CHECKS_OFF)
+
+    def _new_collisions(self) -> tuple[int, ...]:
+        met = self._sumo.simulation.getCollisions()
+        colliding = frozenset(
+            self._row_of[train] for one in met for train in (one.collider, one.victim)
+        )
+        fresh = colliding - self._colliding
+        self._colliding = colliding
+        self._met |= fresh
+        return tuple(sorted(fresh))
+
+    def _compare(self, seen: Observation) -> None:
+        rows = self._shown
+        gone_m = list(map(self._sumo.vehicle.getDistance, self._vehicles_shown))
+        apart_m = np.abs(seen.front_m.take(rows) - self._inserted_m.take(rows) - gone_m)
+        if self._met:
+            apart_m[np.isin(rows, list(self._met))] = 0.0
+        if apart_m.max(initial=0.0) > AGREEMENT_M:
+            train = self._vehicles_shown[int(apart_m.argmax())]
+            msg = f"{train} is {apart_m.max():.3f} m off its commands at {seen.time_s:.1f} s"
+            raise EngineDisagreementError(msg)

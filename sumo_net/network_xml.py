@@ -1,0 +1,239 @@
+"""
+A network and the ways of its trains as the plain XML that SUMO reads; pure functions.
+
+A directed track is one edge, and a two-way track two edges between the same nodes, which netconvert
+marks as one track: SUMO then sees trains on it collide whichever way they run.
+
+Nodes have no internal links, which would change lengths. Therefore SUMO sees nothing of trains that
+only cross each other at a node, as on a diamond, and nothing of a train that stands too near to
+one: these are matters of the monitor of safety alone.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from kankaku.railway.plan.line import Direction, Line, Track
+from kankaku.railway.plan.rolling_stock import TrainType
+from kankaku.railway.plan.routing import onward
+from kankaku.railway.plan.timetable import Service
+from kankaku.sumo_net import names
+from kankaku.sumo_net.edge_cuts import EDGE_SPEED_MPS
+from kankaku.sumo_net.geometry import TRACK_SPACING_M, CentreLine, beside, centre_line
+from kankaku.sumo_net.plain_xml import text_of
+from kankaku.sumo_net.routes_xml import COMMANDED
+
+
+def plain_network(line: Line) -> dict[str, str]:
+    """
+    Return what netconvert reads.
+
+    Parameters
+    ----------
+    line
+        A network.
+
+    Returns
+    -------
+    dict[str, str]
+        Plain XML by kind: nodes, edges and connections.
+    """
+    # Heights are only drawn; those of single tracks would tear their nodes apart.
+    drawn_line = replace(line, gradients=tuple(one for one in line.gradients if not one.track))
+    drawn = centre_line(drawn_line)
+    return {
+        "node": _nodes_xml(drawn_line, drawn),
+        "edge": _edges_xml(drawn_line, drawn),
+        "connection": _connections_xml(line),
+    }
+
+
+def edge_of(track: str) -> str:
+    """
+    Return the edge of a directed track.
+
+    Parameters
+    ----------
+    track
+        Its identifier. That of a falling twin ends with a tilde, which no file can say and SUMO
+        takes as it is.
+
+    Returns
+    -------
+    str
+        Identifier of the edge.
+    """
+    return names.edge(track, 0)
+
+
+def twins(line: Line) -> Mapping[str, str]:
+    """
+    Return the two-way tracks.
+
+    Parameters
+    ----------
+    line
+        A network.
+
+    Returns
+    -------
+    Mapping[str, str]
+        The track of falling trains by that of rising ones. Tracks that meet a node have different
+        places across the line, so there is one at most.
+    """
+    falling = {
+        (track.to_node, track.from_node, track.across): track.id
+        for track in line.network
+        if track.direction is Direction.FALLING
+    }
+    return {
+        track.id: falling[track.from_node, track.to_node, track.across]
+        for track in line.network
+        if track.direction is Direction.RISING
+        and (track.from_node, track.to_node, track.across) in falling
+    }
+
+
+def _ends_m(line: Line, track: Track) -> tuple[float, float]:
+    """Return the chainage of the start and of the end of a track, in its running direction."""
+    if track.direction is Direction.RISING:
+        return track.start_m, track.end_m
+    return line.mirrored_m(track.start_m), line.mirrored_m(track.end_m)
+
+
+def _offset_m(line: Line, across: float) -> float:
+    places = [track.across for track in line.network]
+    return TRACK_SPACING_M * (0.5 * (min(places) + max(places)) - across)
+
+
+def _nodes_xml(line: Line, drawn: CentreLine) -> str:
+    at_m: dict[str, float] = {}
+    across: dict[str, list[float]] = {}
+    for track in line.network:
+        for node, place_m in zip(
+            (track.from_node, track.to_node), _ends_m(line, track), strict=True
+        ):
+            at_m[node] = place_m
+            across.setdefault(node, []).append(track.across)
+    root = ET.Element("nodes")
+    for node, place_m in at_m.items():
+        middle_m = _offset_m(line, float(np.mean(across[node])))
+        (point,) = beside(line, drawn, np.array([place_m]), middle_m).tolist()
+        x, y, z = (f"{value:.3f}" for value in point)
+        ET.SubElement(root, "node", id=names.network_node(node), x=x, y=y, z=z, type="priority")
+    return text_of(root)
+
+
+def _edges_xml(line: Line, drawn: CentreLine) -> str:
+    """Return the edges; both of a two-way track have the same points, or SUMO sees two tracks."""
+    root = ET.Element("edges")
+    for track in line.network:
+        first_m, last_m = sorted(_ends_m(line, track))
+        knots_m = [end_m for one in line.gradients for end_m in (one.start_m, one.end_m)]
+        where_m = np.concatenate([drawn.chainage_m, knots_m])
+        inside = (where_m > first_m + 1.0) & (where_m < last_m - 1.0)
+        where_m = np.unique(np.concatenate([[first_m, last_m], where_m[inside]]))
+        points = beside(line, drawn, where_m, _offset_m(line, track.across))
+        attributes = {
+            "id": edge_of(track.id),
+            "from": names.network_node(track.from_node),
+            "to": names.network_node(track.to_node),
+            "numLanes": "1",
+            "speed": f"{EDGE_SPEED_MPS:.3f}",
+            "length": f"{track.end_m - track.start_m:.3f}",
+            "allow": "rail",
+            "spreadType": "center",
+            "shape": " ".join(
+                ",".join(f"{value:.3f}" for value in row) for row in points[:: track.direction]
+            ),
+        }
+        ET.SubElement(root, "edge", attributes)
+    return text_of(root)
+
+
+def _connections_xml(line: Line) -> str:
+    root = ET.Element("connections")
+    for track, behind in onward(line).items():
+        if not behind:
+            # Without it, netconvert would guess some.
+            ET.SubElement(root, "connection", {"from": edge_of(track)})
+        for after in behind:
+            attributes = {"from": edge_of(track), "to": edge_of(after)}
+            ET.SubElement(root, "connection", attributes | {"fromLane": "0", "toLane": "0"})
+    return text_of(root)
+
+
+def network_platforms_xml(line: Line) -> str:
+    """
+    Return the platforms, which are only drawn, once for each track.
+
+    Parameters
+    ----------
+    line
+        A network.
+
+    Returns
+    -------
+    str
+        XML for SUMO.
+    """
+    again = set(twins(line).values())
+    root = ET.Element("additional")
+    for platform in line.platforms:
+        track = line.track_by_id[platform.track]
+        if track.id in again:
+            continue
+        first_m, last_m = max(platform.start_m, track.start_m), min(platform.end_m, track.end_m)
+        attributes = {
+            "id": names.platform(platform.station, track.id),
+            "name": line.station_by_id[platform.station].name,
+            "lane": names.lane(edge_of(track.id)),
+            "startPos": f"{first_m - track.start_m:.3f}",
+            "endPos": f"{last_m - track.start_m:.3f}",
+        }
+        ET.SubElement(root, "trainStop", attributes)
+    return text_of(root)
+
+
+def route_names(services: Sequence[Service]) -> Mapping[tuple[str, ...], str]:
+    """
+    Return the routes of trains.
+
+    Parameters
+    ----------
+    services
+        The trains.
+
+    Returns
+    -------
+    Mapping[tuple[str, ...], str]
+        Identifiers by the tracks of the route.
+    """
+    ways = dict.fromkeys(service.route for service in services)
+    return {way: names.route(number) for number, way in enumerate(ways)}
+
+
+def network_routes_xml(train_types: Iterable[TrainType], services: Sequence[Service]) -> str:
+    """
+    Return types and routes of trains; the trains themselves are added while SUMO runs.
+
+    Parameters
+    ----------
+    train_types
+        Types of the trains.
+    services
+        The trains.
+
+    Returns
+    -------
+    str
+        XML for SUMO.
+    """
+    root = ET.Element("routes")
+    for kind in train_types:
+        ET.SubElement(root, "vType", COMMANDED.type_attributes(kind))
+    for way, name in route_names(services).items():
+        ET.SubElement(root, "route", id=name, edges=" ".join(edge_of(track) for track in way))
+    return text_of(root)
