@@ -44,7 +44,6 @@ from kankaku.railway.step.state import (
     RadioPermission,
     RadioState,
 )
-from kankaku.railway.wayside.leaders import section_ends_m
 
 HORIZON_S = 5.0
 """For how long commands are valid after they are sent (Sugiyama 2018, section 3.1.3). [s]"""
@@ -117,7 +116,9 @@ class OverRadio:
         self.delay_s = inner.delay_s
         self.idle_time_s = inner.idle_time_s
         self.release_delay_s = inner.release_delay_s + radio.oldest_knowledge_s
-        self._clear_m = np.concatenate([[-np.inf], section_ends_m(world.line)[0]])
+        self._clears_m = [
+            np.array([-np.inf, *(passage.clear_m for passage in way)]) for way in world.passages
+        ]
         brakes = map(world.of_type, ("emergency_brake_mps2", "service_brake_mps2"))
         self._harder_mps2 = np.subtract(*brakes)
         self._nothing_commanded = np.full(world.size, np.inf)
@@ -187,9 +188,10 @@ class OverRadio:
         )
 
     def _cleared_m(self, state: LineState, before_m: FloatArray) -> FloatArray:
-        rows = list(state.events.cleared)
         cleared_m = before_m.copy()
-        cleared_m[rows] = self._clear_m[self._clear_m.searchsorted(state.tail_m[rows], "right") - 1]
+        for row in state.events.cleared:
+            clears_m = self._clears_m[row]
+            cleared_m[row] = clears_m[clears_m.searchsorted(state.tail_m[row], "right") - 1]
         return cleared_m
 
     def _send(self, state: LineState, memory: OnAir, radio: RadioState) -> OnAir:

@@ -50,13 +50,23 @@ from kankaku.controllers.control_map.planned_map import Horizon, Known, MapPlan
 from kankaku.controllers.control_map.planned_run import Pace, trains_of
 from kankaku.controllers.control_map.planner import MapScene, make_plan
 from kankaku.controllers.control_map.telegrams import COMMANDS, Sent, eoas_m, nothing_sent
-from kankaku.controllers.control_map.way_ahead import Grid, Obstructions, order_of
+from kankaku.controllers.control_map.train_order import order_of
+from kankaku.controllers.control_map.way_ahead import Grid, Obstructions
 from kankaku.controllers.protection.ceiling import LineCeiling, braked_to_mps
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import plain
 from kankaku.railway.plan.radio_spec import NEVER, TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.safety.band_exclusion import Bands, free_to_m, layers_of, overlaps_m, ways_of
+from kankaku.railway.safety.band_exclusion import (
+    Bands,
+    NetworkWays,
+    free_in_network_m,
+    free_to_m,
+    layers_of,
+    network_ways_of,
+    overlaps_m,
+    ways_of,
+)
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
 from kankaku.railway.step.state import NOTHING, Authority, LineState, RadioPermission
@@ -104,7 +114,8 @@ class ControlMap:
         self.promises = Promises(options.margin_m, validity_s=UPDATE_S * COMMANDS)
         self.release_delay_s = radio.oldest_knowledge_s
         self._ceiling = LineCeiling(world, world.profile)
-        self._order, self._layers, self._ways = order_of(world), layers_of(world), ways_of(world)
+        self._order, self._layers = order_of(world), layers_of(world)
+        self._ways = network_ways_of(world) if world.line.network else ways_of(world)
         self._no_delay_s = np.zeros(world.size)
         self._nothing = np.full(world.size, NOTHING, dtype=np.intp)
         self._trains = trains_of(
@@ -334,8 +345,12 @@ class ControlMap:
         """Return whether no band overlaps another one, and no end lies beyond what is free."""
         reports, margin_m = memory.reports, self._options.margin_m
         tail_m = reports.front_m - self._world.length_m - memory.aboard.longer_m
-        known = (reports.front_m, tail_m, self._gone(state), state.granted_to_m)
-        over_m = furthest_m + margin_m - free_to_m(*known, self._ways)
+        gone, granted_to_m = self._gone(state), state.granted_to_m
+        if isinstance(self._ways, NetworkWays):
+            free_m = free_in_network_m(tail_m, gone, granted_to_m, self._ways)
+        else:
+            free_m = free_to_m(reports.front_m, tail_m, gone, granted_to_m, self._ways)
+        over_m = furthest_m + margin_m - free_m
         if over_m.max(initial=0.0, where=state.present) > OVERLAP_M:
             return False
         bands = Bands(plan.rear_m, plan.ahead_m - OVERLAP_M)

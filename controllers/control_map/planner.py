@@ -88,6 +88,7 @@ def make_plan(scene: MapScene, earlier: MapPlan) -> MapPlan:
         tail_m = known.front_m[row] - trains.length_m[row]
         plan.front_m[row] = plan.ahead_m[row] = known.front_m[row]
         plan.rear_m[row] = trains.far_m if known.gone[row] else tail_m
+    for row in range(trains.length_m.size):
         old = MOST_OLD + 1
         if known.on_line[row]:
             age = np.round((grid.now_s - known.since_s[row]) / trains.step_s)

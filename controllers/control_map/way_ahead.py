@@ -5,42 +5,53 @@ Trains are looked at in timetable order, first train first, so the bands of all 
 before are planned already; an end never lies beyond one of them.
 """
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
-from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import NOTHING
-from kankaku.railway.wayside.leaders import predecessors, section_ends_m
 
 AT_START_M = 0.5
 """A front that stands at the start of an obstruction is before it, a stop error off. [m]"""
 
 
 class Order(NamedTuple):
-    """Who goes before whom on every section and at every turnout; it stays for a whole run."""
+    """
+    Who goes before whom on every passage of a route; it stays for a whole run.
+
+    A passage is a section of a chain, or a track of a train's route in a network.
+    """
 
     entry_m: FloatArray
-    """Where trains wait for a section: fouling start of the turnout before it. (n_sections,)"""
+    """Where each train waits for a passage. [m], shape (n_trains, n_passages)"""
     clear_m: FloatArray
-    """Where a tail has left a section: fouling end of the turnout behind it. (n_sections,)"""
-    at_points: BoolArray
-    """A turnout stands at the start of the section. shape (n_sections,)"""
+    """Where its tail has left it. [m], shape (n_trains, n_passages)"""
+    turnout: IntArray
+    """The turnout at its start; -1 for none. shape (n_trains, n_passages)"""
     throw_s: FloatArray
-    """Its throw time and lock proof. [s], shape (n_sections,)"""
+    """Throw time and lock proof of that turnout. [s], shape (n_trains, n_passages)"""
     first: IntArray
-    """The section in which each train starts. shape (n_trains,)"""
+    """The passage in which each train starts. shape (n_trains,)"""
+    last: IntArray
+    """The last one. shape (n_trains,)"""
     before: IntArray
-    """The train before on the track of a section; -1 for none. shape (n_trains, n_sections)"""
+    """The train before on the same track; -1 for none. shape (n_trains, n_passages)"""
+    before_at: IntArray
+    """Which of its own passages that is. shape (n_trains, n_passages)"""
     through: IntArray
-    """The train before through the turnout at its start. shape (n_trains, n_sections)"""
+    """The train before through the turnout of a chain. shape (n_trains, n_passages)"""
     same_way: BoolArray
-    """That train takes the same way through it. shape (n_trains, n_sections)"""
+    """That train takes the same way through it. shape (n_trains, n_passages)"""
+    waits: IntArray
+    """Where the trains begin that have to leave first, and end. (2, n_trains, n_passages)"""
+    wait_row: IntArray
+    """Those trains. shape (n_waits,)"""
+    wait_clear_m: FloatArray
+    """Where their tails have left. [m], shape (n_waits,)"""
     points: IntArray
-    """The section that begins at each turnout. shape (n_turnouts,)"""
+    """The section that begins at each turnout of a chain. shape (n_turnouts,)"""
     strike_in_m: FloatArray
     """Where a front starts the closing of each level crossing. [m], shape (n_crossings,)"""
     leaves_at_stop: BoolArray
@@ -54,48 +65,6 @@ class Obstructions(NamedTuple):
     from_s: FloatArray
     until_s: FloatArray
     concerns: BoolArray
-
-
-def order_of(world: World) -> Order:
-    """
-    Return who goes before whom.
-
-    Parameters
-    ----------
-    world
-        Line and timetable.
-
-    Returns
-    -------
-    Order
-        The order.
-    """
-    line, services = world.line, world.timetable.services
-    first = [line.section_of_track[service.route[0]] for service in services]
-    before = predecessors(world)
-    through, same_way = np.full_like(before, -1), np.zeros(before.shape, dtype=np.bool_)
-    last_through: dict[int, tuple[int, tuple[str, ...]]] = {}
-    for row, service in enumerate(services):
-        for section, way in enumerate(pairwise(service.route), first[row] + 1):
-            ahead, other = last_through.get(section, (-1, ()))
-            through[row, section], same_way[row, section] = ahead, way == other
-            last_through[section] = row, way
-    clear_m, fouling_m = section_ends_m(line)
-    section_at = {section.start_m: number for number, section in enumerate(line.sections)}
-    starts = [line.turnout_at.get(section.start_m) for section in line.sections]
-    return Order(
-        np.concatenate([[line.start_m], fouling_m[:-1]]),
-        clear_m,
-        np.array([points is not None for points in starts]),
-        np.array([points.throw_s + points.proof_s if points else 0.0 for points in starts]),
-        np.array(first, dtype=np.intp),
-        before,
-        through,
-        same_way,
-        np.array([section_at[turnout.position_m] for turnout in line.turnouts], dtype=np.intp),
-        np.array([crossing.strike_in_m for crossing in line.crossings]),
-        world.leaves_at_stop,
-    )
 
 
 class EndsOfAuthority(NamedTuple):
@@ -161,22 +130,17 @@ def lower_to_bands(
         The bands of the others.
     """
     (rear_m, gone, order), (eoa_m, eoa_by) = others, eoas
-    last = order.entry_m.size - 1
+    last = order.last[row]
     here = order.first[row]
-    while here < last and ends.tail_m >= order.clear_m[here]:
+    while here < last and ends.tail_m >= order.clear_m[row, here]:
         here += 1
     nearest_m, joins = -np.inf, here
     for section in range(here, last + 1):
-        entry_m = order.entry_m[section]
+        entry_m = order.entry_m[row, section]
         if section > here and entry_m >= ends.reach_m:
             return
-        ahead = order.through[row, section]
-        outside = section > here and ends.front_m <= entry_m + AT_START_M
-        if outside and order.at_points[section] and ahead >= 0 and not gone[ahead]:
-            locked = _locked_moments(row, section, grid, rear_m, order)
-            # A train that goes the same way is in the way itself, before its points are.
-            by = ahead if order.same_way[row, section] else _points_at(order, section)
-            raise_wall(eoas, by, entry_m, 0, locked)
+        if section > here and ends.front_m <= entry_m + AT_START_M:
+            _wait(eoas, row, section, grid, others)
         ahead = _still_before(row, section, gone, order)
         if ahead < 0 or gone[ahead]:
             continue
@@ -184,42 +148,65 @@ def lower_to_bands(
             # Until it joins this way that train is beside it, wherever it is.
             nearest_m, joins = entry_m, section
         for moment in range(grid.moments):
-            if rear_m[ahead, moment] >= order.clear_m[section]:
+            if rear_m[ahead, moment] >= order.clear_m[row, section]:
                 break
             bound_m = max(rear_m[ahead, moment], nearest_m)
             if bound_m < eoa_m[moment]:
                 beside = rear_m[ahead, moment] < nearest_m
                 eoa_m[moment] = bound_m
-                eoa_by[moment] = _points_at(order, joins) if beside else ahead
+                eoa_by[moment] = _points_at(order, row, joins) if beside else ahead
 
 
 @compiled
-def _points_at(order: Order, section: int) -> int:
+def _wait(eoas: EndsOfAuthority, row: int, passage: int, grid: Grid, others: Others) -> None:
+    """Draw ends back to a passage until all have left that have to do so first."""
+    rear_m, gone, order = others
+    entry_m, throw_s = order.entry_m[row, passage], order.throw_s[row, passage]
+    ahead = order.through[row, passage]
+    if order.turnout[row, passage] >= 0 and ahead >= 0 and not gone[ahead]:
+        locked = _locked_moments(row, passage, grid, rear_m, order)
+        # A train that goes the same way is in the way itself, before its points are.
+        by = ahead if order.same_way[row, passage] else _points_at(order, row, passage)
+        raise_wall(eoas, by, entry_m, 0, locked)
+    for wait in range(order.waits[0, row, passage], order.waits[1, row, passage]):
+        ahead = order.wait_row[wait]
+        if gone[ahead]:
+            continue
+        clear = 0
+        while clear < grid.moments and rear_m[ahead, clear] < order.wait_clear_m[wait]:
+            clear += 1
+        if clear > 0:
+            clear += int(np.ceil(throw_s / grid.step_s))
+            by = ahead if order.turnout[row, passage] < 0 else _points_at(order, row, passage)
+            raise_wall(eoas, by, entry_m, 0, clear)
+
+
+@compiled
+def _points_at(order: Order, row: int, section: int) -> int:
     """Return the points at the start of a section, as what stands behind a bound."""
-    for turnout in range(order.points.size):
-        if order.points[turnout] == section:
-            return NOTHING - 1 - turnout
-    return NOTHING
+    turnout: int = order.turnout[row, section]
+    return NOTHING - 1 - turnout if turnout >= 0 else NOTHING
 
 
 @compiled
 def _still_before(row: int, section: int, gone: BoolArray, order: Order) -> int:
     """Return the train before on a section, past those that have left the line at a stop."""
     ahead: int = order.before[row, section]
+    passage: int = order.before_at[row, section]
     while ahead >= 0 and gone[ahead] and order.leaves_at_stop[ahead]:
-        ahead = order.before[ahead, section]
+        ahead, passage = order.before[ahead, passage], order.before_at[ahead, passage]
     return ahead
 
 
 @compiled
 def _locked_moments(row: int, section: int, grid: Grid, rear_m: FloatArray, order: Order) -> int:
     """Count the moments before a train may enter points: their section admits one train."""
-    ahead, clear_m = order.through[row, section], order.clear_m[section - 1]
+    ahead, clear_m = order.through[row, section], order.clear_m[row, section - 1]
     clear = 0
     while clear < grid.moments and rear_m[ahead, clear] < clear_m:
         clear += 1
     if clear > 0 and not order.same_way[row, section]:
-        clear += int(np.ceil(order.throw_s[section] / grid.step_s))
+        clear += int(np.ceil(order.throw_s[row, section] / grid.step_s))
     return clear
 
 
@@ -264,7 +251,11 @@ def lower_to_obstructions(
         if crossing < 0:
             section = order.points[number]
             ahead = order.through[row, section]
-            if ahead >= 0 and not gone[ahead] and rear_m[ahead, 0] < order.clear_m[section - 1]:
+            if (
+                ahead >= 0
+                and not gone[ahead]
+                and rear_m[ahead, 0] < order.clear_m[row, section - 1]
+            ):
                 # These points are still another train's.
                 continue
         wait_s = obstructions.until_s[number] - grid.now_s

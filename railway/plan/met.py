@@ -31,7 +31,8 @@ def line_met(line: Line, route: Sequence[str]) -> Line:
     tracks = [line.track_by_id[track] for track in route]
     falling = tracks[0].direction is Direction.FALLING
     places = {track.place for track in tracks}
-    limits, curves = (_on(line, of, places, falling=falling) for of in (line.limits, line.curves))
+    limits = _on(line, line.limits, places, falling=falling)
+    curves = _on(line, line.curves, places, falling=falling)
     gradients = _on(line, line.gradients, places, falling=falling)
     if falling:
         gradients = [replace(one, gradient=-one.gradient) for one in gradients]

@@ -8,12 +8,14 @@ onto a track leaves it after that one, because nobody overtakes on a track.
 
 import heapq
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
+from itertools import pairwise
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.line import Direction, Line, Track
 from kankaku.railway.plan.timetable import Service
 
@@ -101,19 +103,18 @@ def orders(line: Line, services: Sequence[Service]) -> tuple[Order, ...]:
     ways = {service.route: passages(line, service.route) for service in services}
     if not line.network:
         return _chain_orders(services)
-    events = _booked_events(services, ways)
-    ahead = [[NOBODY_BEFORE] * len(service.route) for service in services]
+    booked = _Booked(services, ways)
     waits: list[list[set[Before]]] = [[set() for _ in service.route] for service in services]
-    last_on = defaultdict[str, dict[str, Before]](dict)
+    ahead = [[NOBODY_BEFORE] * len(service.route) for service in services]
+    images = defaultdict[str, set[str]](set)
     last_through = defaultdict[int, dict[tuple[str, str], Before]](dict)
     clash: dict[tuple[tuple[str, str], tuple[str, str]], bool] = {}
-    for row, number in events:
+    for row, number in booked.entries():
         route = services[row].route
         track, turnout = route[number], ways[route][number].turnout
-        users = last_on[line.track_by_id[track].place]
-        ahead[row][number] = users.get(track, NOBODY_BEFORE)
-        waits[row][number].update(before for other, before in users.items() if other != track)
-        users[track] = Before(row, number)
+        ways_there = images[line.track_by_id[track].place]
+        waits[row][number].update(booked.order_on[one][-1] for one in ways_there - {track})
+        ways_there.add(track)
         if turnout < 0:
             continue
         move = route[number - 1], track
@@ -124,8 +125,11 @@ def orders(line: Line, services: Sequence[Service]) -> tuple[Order, ...]:
             if clash[pair]:
                 waits[row][number].add(before)
         last_through[turnout][move] = Before(row, number - 1)
+    for order in booked.order_on.values():
+        for before, (row, number) in pairwise(order):
+            ahead[row][number] = before
     return tuple(
-        Order(tuple(one), tuple(tuple(sorted(w - {NOBODY_BEFORE})) for w in two))
+        Order(tuple(one), tuple(tuple(sorted(befores)) for befores in two))
         for one, two in zip(ahead, waits, strict=True)
     )
 
@@ -177,45 +181,76 @@ def _sides(line: Line, move: tuple[str, str]) -> list[Track]:
     return tracks if tracks[0].direction is Direction.RISING else tracks[::-1]
 
 
-def _booked_events(
-    services: Sequence[Service], ways: Mapping[tuple[str, ...], tuple[Passage, ...]]
-) -> list[tuple[int, int]]:
-    """Return train and passage of every booked entry, in order; nobody overtakes on a track."""
-    times_s = [_entries_s(service, ways[service.route]) for service in services]
-    # Who has entered a track and not left it yet, first one first.
-    on_track = defaultdict[str, list[int]](list)
-    behind: dict[int, list[tuple[float, int, int]]] = defaultdict(list)
-    due = [(times[0], row, 0) for row, times in enumerate(times_s)]
-    heapq.heapify(due)
-    events = []
-    while due:
-        time_s, row, number = heapq.heappop(due)
-        route = services[row].route
-        if number > 0:
-            queue = on_track[route[number - 1]]
-            if queue[0] != row:
-                # Who is before it leaves first.
-                behind[queue[queue.index(row) - 1]].append((time_s, row, number))
-                continue
-            queue.pop(0)
-            for then_s, follower, entry in behind.pop(row, ()):
-                heapq.heappush(due, (max(then_s, time_s), follower, entry))
-        if number < len(route):
-            events.append((row, number))
-            on_track[route[number]].append(row)
-            heapq.heappush(due, (max(times_s[row][number + 1], time_s), row, number + 1))
-    return events
+class _Booked:
+    """Trains that pass everything as booked, but never another train on its track."""
+
+    def __init__(
+        self,
+        services: Sequence[Service],
+        ways: Mapping[tuple[str, ...], tuple[Passage, ...]],
+    ) -> None:
+        self._services, self._ways = services, ways
+        self.order_on = defaultdict[str, list[Before]](list)
+        """Trains of each track so far, first one first."""
+        self._on_track = defaultdict[str, list[int]](list)
+        """Those that are on it."""
+
+    def entries(self) -> Iterator[tuple[int, int]]:
+        """Yield train and passage of every entry, in order."""
+        services, behind = self._services, defaultdict[int, list[tuple[float, int, int]]](list)
+        times_s = [_entries_s(service, self._ways[service.route]) for service in services]
+        due = [(times[0], row, 0) for row, times in enumerate(times_s)]
+        heapq.heapify(due)
+        while due:
+            time_s, row, number = heapq.heappop(due)
+            route = services[row].route
+            if number > 0:
+                queue = self._on_track[route[number - 1]]
+                if queue[0] != row:
+                    # Who is before it leaves first.
+                    behind[queue[queue.index(row) - 1]].append((time_s, row, number))
+                    continue
+                queue.pop(0)
+                for then_s, follower, entry in behind.pop(row, ()):
+                    heapq.heappush(due, (max(then_s, time_s), follower, entry))
+            if number < len(route):
+                self._enter(row, number, time_s)
+                yield row, number
+                then_s = max(times_s[row][number + 1], time_s)
+                heapq.heappush(due, (then_s, row, number + 1))
+
+    def _enter(self, row: int, number: int, time_s: float) -> None:
+        """Note a train on a track: behind all, or where it begins."""
+        track = self._services[row].route[number]
+        queue, order = self._on_track[track], self.order_on[track]
+        later = 0
+        if number == 0:
+            begins_m = self._services[row].calls[0].stop_m
+            while later < len(queue) and self._place_m(queue[-1 - later], time_s) < begins_m:
+                later += 1
+        queue.insert(len(queue) - later, row)
+        order.insert(len(order) - later, Before(row, number))
+
+    def _place_m(self, row: int, time_s: float) -> float:
+        """Return where a train is booked to be at a time. [m]"""
+        return float(np.interp(time_s, *_booked(self._services[row])))
+
+
+def _booked(service: Service) -> tuple[FloatArray, FloatArray]:
+    """Return when [s] a train is booked to be where [m]: at its calls, and even in between."""
+    calls = service.calls
+    times_s = [time for call in calls for time in (call.arrival_s, call.departure_s)]
+    # Two points at every stop, one just behind the other.
+    places_m = [place for call in calls for place in (call.stop_m, call.stop_m + 1e-6)]
+    return np.array(times_s), np.array(places_m)
 
 
 def _entries_s(service: Service, way: Sequence[Passage]) -> list[float]:
     """Return when a train is booked to enter each of its tracks, and to be gone. [s]"""
-    calls = service.calls
-    # Two points at every stop; the run between two is taken as even.
-    places_m = np.array([place for call in calls for place in (call.stop_m, call.stop_m + 1e-6)])
-    times_s = np.array([time for call in calls for time in (call.arrival_s, call.departure_s)])
+    times_s, places_m = _booked(service)
     entries_m = np.array([passage.entry_m for passage in way[1:]])
     inner_s = np.interp(entries_m, places_m, times_s).tolist()
-    return [calls[0].arrival_s, *inner_s, calls[-1].departure_s]
+    return [service.calls[0].arrival_s, *inner_s, service.calls[-1].departure_s]
 
 
 Event: TypeAlias = tuple[int, int, int]
@@ -273,25 +308,24 @@ def waiting_cycle(
             after[clears].append((row, entered[-1], 0))
             end_m = way[number + 1].entry_m if number < last else passage.clear_m
 
-            def gone(room_m: float, at: Before) -> list[Event]:
-                """Return the clearing of whom there is no room for any more."""
-                before = at
-                for _ in range(int(room_m / spacing_m)):
-                    if before.row >= 0:
-                        before = found[before.row].ahead[before.passage]
-                return [(before.row, before.passage, 1)] if before.row >= 0 else []
-
             ahead = order.ahead[number]
-            if number < last:
-                after[row, number + 1, 0] += gone(0.0, ahead)
-            else:
-                after[clears] += gone(end_m - service.calls[-1].stop_m, ahead)
+            leaves, room_m = (row, number + 1, 0), 0.0
+            if number == last:
+                leaves, room_m = clears, end_m - service.calls[-1].stop_m
+            after[leaves] += _gone(found, ahead, int(room_m / spacing_m))
+            comes, room_m = enters, end_m - service.calls[0].stop_m
             if number:
-                room_m = end_m - way[number - 1].clear_m
-                after[row, number - 1, 1] += gone(room_m - spacing_m, ahead)
-            else:
-                after[enters] += gone(end_m - service.calls[0].stop_m, ahead)
+                comes, room_m = (row, number - 1, 1), end_m - way[number - 1].clear_m - spacing_m
+            after[comes] += _gone(found, ahead, int(room_m / spacing_m))
     return [(row, number) for row, number, _ in _cycle(after)]
+
+
+def _gone(found: Sequence[Order], before: Before, room: int) -> list[Event]:
+    """Return the clearing of the first train ahead that there is no room for any more."""
+    for _ in range(room):
+        if before.row != NOBODY:
+            before = found[before.row].ahead[before.passage]
+    return [(before.row, before.passage, 1)] if before.row != NOBODY else []
 
 
 def _cycle(after: Mapping[Event, Sequence[Event]]) -> list[Event]:

@@ -87,7 +87,7 @@ class World:
         Line
             In the coordinate of its route.
         """
-        return self.lines[self.type_index[row]]
+        return self.lines[int(self.type_index[row])]
 
     def by_line(self, rows: IntArray) -> list[tuple[Line, IntArray | slice]]:
         """
@@ -320,8 +320,8 @@ def _kinds(
     if not line.network:
         row_of = {name: row for row, name in enumerate(train_types)}
         kinds = tuple(train_types.values())
-        met = (line,) * len(kinds)
-        return kinds, met, np.array([row_of[s.train_type] for s in services], dtype=np.intp)
+        lines = (line,) * len(kinds)
+        return kinds, lines, np.array([row_of[s.train_type] for s in services], dtype=np.intp)
     met_on: dict[tuple[str, ...], Line] = {}
     known: dict[tuple[object, ...], Line] = {}
     for service in services:

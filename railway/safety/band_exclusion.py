@@ -59,6 +59,8 @@ def layers_of(world: World) -> Layers:
     """
     line, services = world.line, world.timetable.services
     tracks = list(line.track_by_id.values())
+    # Movements through the points of a network are kept apart by wire.
+    turnouts = () if line.network else line.turnouts
     # Who leaves the line in the last section of its route never comes to the points at its end.
     ways_m = [
         (
@@ -68,16 +70,16 @@ def layers_of(world: World) -> Layers:
         for service in services
     ]
     passed = [
-        [start_m < points.position_m < end_m for start_m, end_m in ways_m]
-        for points in line.turnouts
+        [start_m < points.position_m < end_m for start_m, end_m in ways_m] for points in turnouts
     ]
-    used = [[track.id in service.route for service in services] for track in tracks]
+    routes = [frozenset(service.route) for service in services]
+    used = [[track.id in route for route in routes] for track in tracks]
     starts = [track.start_m for track in tracks]
     ends = [track.end_m for track in tracks]
     return Layers(
-        np.array(starts + [points.fouling_start_m for points in line.turnouts]),
-        np.array(ends + [points.fouling_end_m for points in line.turnouts]),
-        np.array([False] * len(tracks) + [True] * len(line.turnouts)),
+        np.array(starts + [points.fouling_start_m for points in turnouts]),
+        np.array(ends + [points.fouling_end_m for points in turnouts]),
+        np.array([False] * len(tracks) + [True] * len(turnouts)),
         np.array(used + passed, dtype=np.bool_).reshape(-1, world.size),
     )
 
@@ -223,6 +225,79 @@ def free_to_m(
                 outside = front_m[train] <= ways.locked_from_m[turnout] + AT_START_M
                 if both and outside and tail_m[ahead] < ways.locked_to_m[turnout]:
                     free_m[train] = min(free_m[train], ways.locked_from_m[turnout])
+    return free_m
+
+
+class NetworkWays(NamedTuple):
+    """Where trains of a network go one after the other; arrays of shape (n_trains, n_tracks)."""
+
+    entry_m: FloatArray
+    """A train that is not on a track of its route yet waits here for it; inf past the last. [m]"""
+    clear_m: FloatArray
+    """A tail here has left it. [m]"""
+    ahead: IntArray
+    """The train before on the track; -1 for none."""
+    ahead_at: IntArray
+    """Which track of that train's route it is."""
+
+
+def network_ways_of(world: World) -> NetworkWays:
+    """
+    Return where the trains of a network go one after the other.
+
+    Parameters
+    ----------
+    world
+        Network and timetable.
+
+    Returns
+    -------
+    NetworkWays
+        Of a whole run.
+    """
+    ways, shape = world.passages, (world.size, max(map(len, world.passages)))
+    entry_m, clear_m = np.full((2, *shape), np.inf)
+    ahead, ahead_at = np.full((2, *shape), -1, dtype=np.intp)
+    for row, (way, order) in enumerate(zip(ways, world.orders, strict=True)):
+        for number, passage in enumerate(way):
+            entry_m[row, number], clear_m[row, number] = passage.entry_m, passage.clear_m
+            ahead[row, number], ahead_at[row, number] = order.ahead[number]
+    return NetworkWays(entry_m, clear_m, ahead, ahead_at)
+
+
+@compiled
+def free_in_network_m(
+    tail_m: FloatArray, gone: BoolArray, granted_to_m: FloatArray, ways: NetworkWays
+) -> FloatArray:
+    """
+    Return how far each train's way through a network is free, as far as a centre knows.
+
+    Parameters
+    ----------
+    tail_m
+        Where tails are at the latest report, at the least. [m], shape (n_trains,)
+    gone
+        Trains that have left the line. shape (n_trains,)
+    granted_to_m
+        Where the first thing begins that is not granted to the train. [m], shape (n_trains,)
+    ways
+        Where they go one after the other.
+
+    Returns
+    -------
+    FloatArray
+        [m], shape (n_trains,)
+    """
+    free_m = granted_to_m.copy()
+    for train in range(tail_m.size):
+        for number in range(ways.ahead.shape[1]):
+            ahead, at = ways.ahead[train, number], ways.ahead_at[train, number]
+            # Nobody passes another on a track: behind who is gone comes who was before it.
+            while ahead >= 0 and gone[ahead]:
+                ahead, at = ways.ahead[ahead, at], ways.ahead_at[ahead, at]
+            if ahead >= 0 and tail_m[ahead] < ways.clear_m[ahead, at]:
+                bound_m = max(tail_m[ahead], ways.entry_m[train, number])
+                free_m[train] = min(free_m[train], bound_m)
     return free_m
 
 

@@ -76,12 +76,13 @@ class Movements:
                 continue
             # Whoever came last is told.
             later_is_one = one[2].max(axis=1) <= other[2].max(axis=1)
-            for (columns, within, depth_m), is_later in ((one, later_is_one), (other, ~later_is_one)):
+            for (columns, within, depth_m), is_later in (
+                (one, later_is_one),
+                (other, ~later_is_one),
+            ):
                 told = within & (both & is_later)[:, np.newaxis]
                 deepest = deep_m[clash.kind]
-                deepest[:, columns] = np.maximum(
-                    deepest[:, columns], np.where(told, depth_m, 0.0)
-                )
+                deepest[:, columns] = np.maximum(deepest[:, columns], np.where(told, depth_m, 0.0))
         yield from deep_m.items()
         past_m = block.front_m[1:] - self._ends_m[block.rows]
         yield "buffer", np.maximum(past_m, 0.0)
@@ -106,9 +107,7 @@ class Movements:
         if self._turn_back_s.any():
             yield from self._too_soon(block)
 
-    def _within(
-        self, block: StepBlock, group: Taking
-    ) -> tuple[IntArray, BoolArray, FloatArray]:
+    def _within(self, block: StepBlock, group: Taking) -> tuple[IntArray, BoolArray, FloatArray]:
         """Return the columns of a group, in which steps they are in the stretch, and how deep."""
         columns = np.flatnonzero(np.isin(block.rows, group.rows))
         front_m = block.front_m[1:, columns]

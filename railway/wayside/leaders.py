@@ -251,4 +251,3 @@ def section_ends_m(line: Line) -> tuple[FloatArray, FloatArray]:
     clear_m = [turnout.fouling_end_m if turnout else end_m for turnout, end_m in ends]
     fouling_m = [turnout.fouling_start_m if turnout else end_m for turnout, end_m in ends]
     return np.array(clear_m), np.array(fouling_m)
-

@@ -66,6 +66,7 @@ def _track_mistakes(line: LineTables) -> list[Mistake]:
 
 
 def station_mistakes(line: LineTables) -> list[Mistake]:
+    """Return stations out of order, or outside the line."""
     table = line.stations
     mistakes = duplicates(table)
     for before, after in pairwise(table):
@@ -86,6 +87,7 @@ def station_mistakes(line: LineTables) -> list[Mistake]:
 
 
 def platform_mistakes(line: LineTables) -> list[Mistake]:
+    """Return platforms that lie where they cannot lie."""
     table = line.platforms
     stretches: Table[StretchRow] = table
     mistakes = length_mistakes(stretches)

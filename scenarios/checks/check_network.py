@@ -1,7 +1,6 @@
 """Cross-checks of a network's files: nodes, tracks, and what lies on them."""
 
 from collections import Counter
-from collections.abc import Sequence
 
 from kankaku.scenarios.checks.check_blocks import (
     block_mistakes,
@@ -128,16 +127,16 @@ def _stretch_mistakes(
     mistakes = length_mistakes(stretches)
     tracks = {link.resource or link.id for link in line.links}
     by_track: dict[str, list[StretchRow]] = {}
-    for row in table:
-        if row.track and row.track not in tracks and line.links.complete:
-            problem = f"unknown track {row.track!r}"
-            mistakes.append(table.mistake(row, "track", problem, meant(row.track, tracks)))
-        by_track.setdefault(row.track, []).append(row)
+    for stretch in table:
+        track = stretch.track
+        if track and track not in tracks and line.links.complete:
+            problem = f"unknown track {track!r}"
+            mistakes.append(table.mistake(stretch, "track", problem, meant(track, tracks)))
+        by_track.setdefault(track, []).append(stretch)
     everywhere = by_track.pop("", [])
-    groups: Sequence[list[StretchRow]] = [everywhere, *by_track.values()]
     # Of limits the lowest counts; anything else is told once for every place.
     shared = [] if table is line.limits else everywhere
-    for group in groups:
+    for group in (everywhere, *by_track.values()):
         rows = group if group is everywhere else group + shared
         mistakes += tiling_mistakes(stretches, rows, "the stretch", gaps=False)
     if line.extent_km:

@@ -85,6 +85,7 @@ def timetable_mistakes(
 
 
 def service_mistakes(timetable: TimetableTables, stock: RollingStockFile | None) -> list[Mistake]:
+    """Return what is wrong with the trains themselves: their names, types and calls."""
     table = timetable.services
     mistakes = []
     calls = calls_by_train(timetable)
@@ -106,6 +107,7 @@ def service_mistakes(timetable: TimetableTables, stock: RollingStockFile | None)
 
 
 def dwell_station_mistakes(timetable: TimetableTables, line: LineTables) -> list[Mistake]:
+    """Return what is wrong with the dwell times of stations."""
     table = timetable.dwell_stations
     mistakes = []
     stations = [station.id for station in line.stations]
@@ -126,6 +128,7 @@ def dwell_station_mistakes(timetable: TimetableTables, line: LineTables) -> list
 
 
 def reference_mistakes(timetable: TimetableTables, line: LineTables) -> list[Mistake]:
+    """Return calls that name something that is not there."""
     table = timetable.calls
     mistakes = []
     known = (

@@ -98,8 +98,8 @@ def route_in(
     stops = [directed(line, call.track, direction) for call in calls]
     if "" in stops:
         call = calls[stops.index("")]
-        way = direction.name.lower()
-        return WayFound(direction, (), f"{way} trains do not use track {call.track!r}", call)
+        problem = f"{direction.name.lower()} trains do not use track {call.track!r}"
+        return WayFound(direction, (), problem, call)
     if service.route:
         return _named(line, tables, service, direction, (stops, calls))
     ways: list[tuple[str, ...]] = [(stops[0],)]

@@ -21,6 +21,8 @@ KNOWN = (
     "tracks.csv",
     "platforms.csv",
     "turnouts.csv",
+    "nodes.csv",
+    "routes.csv",
     "crossings.csv",
     "limits.csv",
     "gradients.csv",

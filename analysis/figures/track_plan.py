@@ -1,0 +1,178 @@
+"""The track plan of a network: tracks, points and platforms, stretched where much is close by."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from kankaku.railway.plan.line import Direction, Line, Platform, Track
+from kankaku.railway.plan.routing import onward
+
+INCHES_PER_LEVEL = 0.55
+LONGEST_M = 400.0
+"""A stretch with nothing on it is drawn no longer than this. [m]"""
+ARROWS = {(True, False): ">", (False, True): "<", (True, True): "<>"}
+TRACK, POINTS, PLATFORM = "#333333", "#D55E00", "#9ecae1"
+
+
+def track_plan_figure(line: Line, *, window_m: tuple[float, float] | None = None) -> Figure:
+    """
+    Draw the tracks of a network.
+
+    Parameters
+    ----------
+    line
+        A network.
+    window_m
+        Only what lies between two chainages; the whole line where None. [m]
+
+    Returns
+    -------
+    Figure
+        Chainage from left to right, the left track of rising trains on top; not to scale.
+    """
+    tracks = [t for t in line.network if _inside(line, t, window_m)]
+    scale = _Scale(line, tracks)
+    levels = [track.across for track in tracks]
+    height = INCHES_PER_LEVEL * (max(levels) - min(levels) + 3.2)
+    figure = Figure(figsize=(min(max(0.011 * scale.length, 6.0), 16.0), height))
+    axes = figure.add_subplot()
+    _draw_tracks(axes, line, tracks, scale)
+    _draw_points(axes, line, tracks, scale)
+    _draw_platforms(axes, line, tracks, scale)
+    axes.set_ylim(max(levels) + 1.5, min(levels) - 1.4)
+    axes.set_xlim(-0.02 * scale.length, 1.02 * scale.length)
+    axes.set_axis_off()
+    figure.tight_layout(pad=0.2)
+    return figure
+
+
+def _inside(line: Line, track: Track, window_m: tuple[float, float] | None) -> bool:
+    start_m, end_m = _ends_m(line, track)
+    return window_m is None or (start_m < window_m[1] and end_m > window_m[0])
+
+
+def _ends_m(
+    line: Line, track: Track | Platform, *, falling: bool | None = None
+) -> tuple[float, float]:
+    """Return the chainages between which something lies, told by track or platform. [m]"""
+    if isinstance(track, Track):
+        falling = track.direction is Direction.FALLING
+    if falling:
+        return line.mirrored_m(track.end_m), line.mirrored_m(track.start_m)
+    return track.start_m, track.end_m
+
+
+class _Scale:
+    """Places on the drawing by chainage: long stretches with nothing on them are cut short."""
+
+    def __init__(self, line: Line, tracks: Sequence[Track]) -> None:
+        places = {place_m for track in tracks for place_m in _ends_m(line, track)}
+        places |= {
+            place_m
+            for turnout in line.turnouts
+            for place_m in (turnout.fouling_start_m, turnout.fouling_end_m)
+            if min(places) < place_m < max(places)
+        }
+        named = {track.id: track for track in tracks}
+        for platform in line.platforms:
+            if platform.track in named:
+                falling = named[platform.track].direction is Direction.FALLING
+                places |= set(_ends_m(line, platform, falling=falling))
+        self._places_m = np.array(sorted(places))
+        drawn = np.minimum(np.diff(self._places_m), LONGEST_M)
+        self._at = np.concatenate([[0.0], np.cumsum(drawn)])
+        self.length = float(self._at[-1])
+
+    def __call__(self, place_m: float) -> float:
+        return float(np.interp(place_m, self._places_m, self._at))
+
+
+def _draw_tracks(axes: Axes, line: Line, tracks: Sequence[Track], scale: _Scale) -> None:
+    zone = {turnout.node: turnout for turnout in line.turnouts}
+    ways: dict[str, list[Track]] = {}
+    for track in tracks:
+        ways.setdefault(track.id.rstrip("~"), []).append(track)
+    for name, both in ways.items():
+        track = both[0]
+        start_m, end_m = _ends_m(line, track)
+        low, high = track.from_node, track.to_node
+        if track.direction is Direction.FALLING:
+            low, high = high, low
+        from_m = zone[low].fouling_end_m if low in zone else start_m
+        to_m = zone[high].fouling_start_m if high in zone else end_m
+        axes.plot([scale(from_m), scale(to_m)], [track.across] * 2, color=TRACK, lw=1.4)
+        if not _goes_on(line, low):
+            axes.plot([scale(start_m)] * 2, track.across + np.array([-0.18, 0.18]), color=TRACK)
+        if not _goes_on(line, high):
+            axes.plot([scale(end_m)] * 2, track.across + np.array([-0.18, 0.18]), color=TRACK)
+        directions = {one.direction for one in both}
+        arrow = ARROWS[Direction.RISING in directions, Direction.FALLING in directions]
+        middle = 0.5 * (scale(from_m) + scale(to_m))
+        axes.text(
+            middle,
+            track.across + 0.34,
+            f"{name} {arrow}",
+            ha="center",
+            va="center",
+            fontsize=6.5,
+            color="#666666",
+        )
+
+
+def _goes_on(line: Line, node: str) -> bool:
+    begins = {track.from_node for track in line.network}
+    ends = {track.to_node for track in line.network}
+    sides = [(t.from_node, t.to_node) for t in line.network if node in {t.from_node, t.to_node}]
+    others = {name for pair in sides for name in pair} - {node}
+    return node in begins and node in ends and len(others) > 1
+
+
+def _draw_points(axes: Axes, line: Line, tracks: Sequence[Track], scale: _Scale) -> None:
+    """Draw every movement through points, and at joints."""
+    drawn = {track.id for track in tracks}
+    zone = {turnout.node: turnout for turnout in line.turnouts}
+    for before, after in _movements(line):
+        node = before.to_node
+        if before.id not in drawn or after.id not in drawn or node not in zone:
+            continue
+        points = zone[node]
+        west, east = before, after
+        if before.direction is Direction.FALLING:
+            west, east = after, before
+        ends = [scale(points.fouling_start_m), scale(points.fouling_end_m)]
+        axes.plot(ends, [west.across, east.across], color=POINTS, lw=1.1)
+
+
+def _movements(line: Line) -> Iterator[tuple[Track, Track]]:
+    for name, following in onward(line).items():
+        for after in following:
+            yield line.track_by_id[name], line.track_by_id[after]
+
+
+def _draw_platforms(axes: Axes, line: Line, tracks: Sequence[Track], scale: _Scale) -> None:
+    named = {track.id: track for track in tracks}
+    labels: dict[str, list[float]] = {}
+    for platform in line.platforms:
+        track = named.get(platform.track)
+        if track is None:
+            continue
+        falling = track.direction is Direction.FALLING
+        start_m, end_m = _ends_m(line, platform, falling=falling)
+        stop_m = line.mirrored_m(platform.stop_m) if falling else platform.stop_m
+        left, right = scale(start_m), scale(end_m)
+        corner = left, track.across - 0.3
+        axes.add_patch(Rectangle(corner, right - left, 0.16, color=PLATFORM, lw=0.0))
+        axes.plot([scale(stop_m)] * 2, track.across + np.array([-0.12, 0.12]), color=TRACK, lw=0.8)
+        labels.setdefault(platform.station, []).append(0.5 * (left + right))
+    top = min(track.across for track in tracks) - 0.85
+    rows = sorted(labels.items(), key=lambda item: float(np.mean(item[1])))
+    last = -np.inf
+    for number, (station, places) in enumerate(rows):
+        place = float(np.mean(places))
+        crowded = place - last < 0.09 * scale.length and number % 2 == 1
+        name = line.station_by_id[station].name
+        axes.text(place, top - (0.35 if crowded else 0.0), name, ha="center", fontsize=8.0)
+        last = place
