@@ -22,9 +22,14 @@ from kankaku.railway.plan.routing import onward
 from kankaku.railway.plan.timetable import Service
 from kankaku.sumo_net import names
 from kankaku.sumo_net.edge_cuts import EDGE_SPEED_MPS
-from kankaku.sumo_net.geometry import RAMP_M, TRACK_SPACING_M, CentreLine, beside, centre_line
+from kankaku.sumo_net.geometry import CentreLine, beside, centre_line
 from kankaku.sumo_net.plain_xml import text_of
 from kankaku.sumo_net.routes_xml import COMMANDED
+
+SPACING_M = 40.0
+"""Drawn distance of tracks side by side: as wide as a window draws each of them. [m]"""
+RAMP_M = 120.0
+"""Drawn length over which tracks spread from the node they share. [m]"""
 
 
 def plain_network(line: Line) -> dict[str, str]:
@@ -106,7 +111,7 @@ def _ends_m(line: Line, track: Track) -> tuple[float, float]:
 
 def _offset_m(line: Line, across: float) -> float:
     places = [track.across for track in line.network]
-    return TRACK_SPACING_M * (0.5 * (min(places) + max(places)) - across)
+    return SPACING_M * (0.5 * (min(places) + max(places)) - across)
 
 
 def _nodes_m(line: Line) -> Mapping[str, tuple[float, float]]:
