@@ -84,12 +84,13 @@ def _length_mistakes(
     timetable: TimetableTables, line: LineTables, calls: Sequence[CallRow], kind: TrainEntry
 ) -> list[Mistake]:
     ways = {link.id: link.direction for link in line.links}
-    mistakes = []
+    direction, mistakes = direction_of(line, calls), []
     for call in calls:
         platform = line.platform_at.get((call.station, call.track))
-        if platform is None or call.track not in ways:
+        # Trains that do not run this way there are told so, with their ways.
+        if platform is None or ways.get(call.track) not in {"both", direction.name.lower()}:
             continue
-        room_m = 1000.0 * _room_km(platform, ways[call.track], direction_of(line, calls))
+        room_m = 1000.0 * _room_km(platform, ways[call.track], direction)
         if kind.length_m > room_m + 1e-3:
             problem = f"a train of {kind.length_m:g} m does not fit at {call.station!r}"
             allowed = f"up to {room_m:g} m from the start of the platform to the stop position"
