@@ -20,8 +20,8 @@ class GrantedPoints(Machine):
     """
 
     def __init__(self, world: World, turnout: Turnout) -> None:
-        place_m = turnout.fouling_start_m, turnout.fouling_end_m
-        super().__init__(world, place_m, (), np.zeros(world.size, dtype=np.bool_))
+        ends_m = (turnout.fouling_start_m, turnout.fouling_end_m)
+        super().__init__(world, ends_m, (), np.zeros(world.size, dtype=np.bool_))
 
     def update(self, scene: Scene) -> None:
         """Do nothing: nobody waits for what is not asked for."""

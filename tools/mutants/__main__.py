@@ -1,9 +1,10 @@
 """
 Every mutant runs, and must be seen: ``make mutants``.
 
-Each one is a text patch of a copy of the source, run on ``scenarios/binding`` in a process of its
-own. A patch whose old text is gone is an error. What nobody sees in a run, neither monitor nor
-SUMO, is a hole in the monitor; so is a sound run that anybody accuses of anything.
+Each one is a text patch of a copy of the source, run on ``scenarios/binding``, or on
+``scenarios/binding_network``, in a process of its own. A patch whose old text is gone is an error.
+What nobody sees in a run, neither monitor nor SUMO, is a hole in the monitor; so is a sound run
+that anybody accuses of anything.
 """
 
 import argparse
@@ -22,7 +23,7 @@ from typing import Any, NamedTuple
 from tools.mutants.catalogue import MUTANTS, Mutant, Patch
 
 PROJECT = Path(__file__).parents[2]
-SCENARIO = "scenarios/binding"
+SCENARIOS = "scenarios"
 ROOMS = (
     "analysis",
     "controllers",
@@ -130,13 +131,13 @@ def tried(mutant: Mutant) -> Verdict:
         copy_source(source)
         apply(mutant, source)
         for controller in mutant.controllers:
-            for seen in _run(source, controller):
+            for seen in _run(source, mutant.scenario, controller):
                 return Verdict(mutant, seen["by"], seen["time_s"], seen["message"])
     return Verdict(mutant, "", None, "")
 
 
-def _run(source: Path, controller: str) -> list[dict[str, Any]]:
-    command = [sys.executable, "-m", "tools.mutants.trial", SCENARIO, controller]
+def _run(source: Path, scenario: str, controller: str) -> list[dict[str, Any]]:
+    command = [sys.executable, "-m", "tools.mutants.trial", f"{SCENARIOS}/{scenario}", controller]
     environment = {**os.environ, "PYTHONPATH": str(source)}
     try:
         ended = subprocess.run(  # noqa: S603 - our own interpreter and module
@@ -186,8 +187,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parts = chosen.only.split(",")
     mutants = [mutant for mutant in MUTANTS if any(part in mutant.name for part in parts)]
     sound = [
-        Mutant(f"none, {name}", (name,), ())
-        for name in dict.fromkeys(name for mutant in mutants for name in mutant.controllers)
+        Mutant(f"none, {name} on {scenario}", (name,), (), scenario)
+        for scenario, name in dict.fromkeys(
+            (mutant.scenario, name) for mutant in mutants for name in mutant.controllers
+        )
     ]
     started = time.perf_counter()
     write = sys.stdout.write

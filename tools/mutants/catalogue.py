@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 PROFILE = "railway/plan/profile.py"
 LEADERS = "railway/wayside/leaders.py"
+PASSING = "railway/plan/passing.py"
 POINT_MACHINE = "railway/wayside/point_machine.py"
 LEVEL_CROSSING = "railway/wayside/level_crossing.py"
 LOOKING = "railway/wayside/looking.py"
@@ -11,6 +12,8 @@ DRIVE = "controllers/drive.py"
 MOVING_BLOCK = "controllers/protection/moving_block.py"
 OVER_RADIO = "controllers/centre/over_radio.py"
 CONTROL_MAP = "controllers/control_map/map_protection.py"
+CHAINED = "tuple(last_on.get(track, NOBODY_BEFORE) for track in service.route)"
+CLEARED = "found.append(Passage(name, entry_m, fouling_m[1], turnout))"
 BRAKE = "train.service_brake_mps2 * (grid_m - origin_m)"
 TAIL = "tail_m = front_m - self._world.length_m"
 TOUCHED = (
@@ -33,13 +36,86 @@ class Mutant(NamedTuple):
     name: str
     controllers: tuple[str, ...]
     patches: tuple[Patch, ...]
+    scenario: str = "binding"
 
 
 def _mutant(name: str, controllers: str, *patches: tuple[str, str, str]) -> Mutant:
     return Mutant(name, tuple(controllers.split()), tuple(Patch(*patch) for patch in patches))
 
 
+NETWORK: tuple[Mutant, ...] = tuple(
+    mutant._replace(scenario="binding_network")
+    for mutant in (
+        _mutant(
+            "opposing trains not waited for",
+            "moving",
+            (
+                PASSING,
+                "booked.order_on[one][-1] for one in ways_there - {track}",
+                "booked.order_on[one][-1] for one in ways_there - ways_there",
+            ),
+            (
+                PASSING,
+                "if clash[pair]:",
+                "if clash[pair] and line.track_by_id[move[1]].direction < 0:",
+            ),
+        ),
+        _mutant(
+            "conflicting ways not waited for",
+            "moving atc",
+            (PASSING, "if clash[pair]:", "if False:"),
+        ),
+        _mutant(
+            "ways that cross taken for parallel",
+            "moving",
+            (PASSING, "return before * behind <= 0.0", "return False"),
+        ),
+        _mutant(
+            "points thrown in no time",
+            "moving atd",
+            (LEADERS, "throw_s = self._throw_s[turnout] if turnout >= 0 else 0.0", "throw_s = 0.0"),
+        ),
+        _mutant(
+            "points of a network released by the front",
+            "moving",
+            (PASSING, CLEARED, CLEARED.replace("fouling_m[1]", "fouling_m[1] - 200.0")),
+        ),
+        _mutant(
+            "turn-back in no time",
+            "moving",
+            (
+                "scenarios/loading/load_timetable.py",
+                "minimum_dwell_s=max(begins.minimum_dwell_s, turning_s)",
+                "minimum_dwell_s=begins.minimum_dwell_s",
+            ),
+        ),
+        _mutant(
+            "stop taken for 400 m further on",
+            "moving",
+            (
+                "railway/plan/world.py",
+                "stop_m[row, column] = call.stop_m\n",
+                "stop_m[row, column] = call.stop_m + (400.0 if column == 1 else 0.0)\n",
+            ),
+        ),
+        _mutant(
+            "falling trains meet rising gradients as they are",
+            "moving",
+            ("railway/plan/met.py", "gradient=-one.gradient", "gradient=one.gradient"),
+        ),
+        _mutant(
+            "limits of falling trains not mirrored",
+            "moving",
+            (
+                "railway/plan/met.py",
+                "start_m=line.mirrored_m(one.end_m), end_m=line.mirrored_m(one.start_m)",
+                "start_m=one.start_m, end_m=one.end_m",
+            ),
+        ),
+    )
+)
 MUTANTS: tuple[Mutant, ...] = (
+    *NETWORK,
     *(
         _mutant(f"service brake in the tables +{percent} %", "moving", (PROFILE, BRAKE, new))
         for percent, new in ((5, f"1.05 * {BRAKE}"), (20, f"1.2 * {BRAKE}"))
@@ -71,19 +147,31 @@ MUTANTS: tuple[Mutant, ...] = (
         "leader off by one at a merge",
         "moving",
         (
-            LEADERS,
-            "before[row, section] = last_on_track.get(track, -1)",
+            PASSING,
+            CHAINED,
             (
-                "ahead = last_on_track.get(track, -1)\n"
-                "            merges = section == 1 and ahead >= 0\n"
-                "            before[row, section] = before[ahead, section] if merges else ahead"
+                "tuple(\n"
+                "                    found[last_on[track].row].ahead[1]\n"
+                "                    if number == 1 and track in last_on\n"
+                "                    else last_on.get(track, NOBODY_BEFORE)\n"
+                "                    for number, track in enumerate(service.route)\n"
+                "                )"
             ),
         ),
     ),
     _mutant(
         "leader always row - 1",
         "moving",
-        (LEADERS, "before[row, section] = last_on_track.get(track, -1)", "before[row] = row - 1"),
+        (
+            PASSING,
+            CHAINED,
+            (
+                "tuple(\n"
+                "                    Before(row - 1, number) if row else NOBODY_BEFORE\n"
+                "                    for number, _ in enumerate(service.route)\n"
+                "                )"
+            ),
+        ),
     ),
     _mutant(
         "limits over the front only",
@@ -93,7 +181,7 @@ MUTANTS: tuple[Mutant, ...] = (
     _mutant(
         "points released 60 m early (leaders)",
         "moving",
-        (LEADERS, "turnout.fouling_end_m if turnout", "turnout.fouling_end_m - 60.0 if turnout"),
+        (PASSING, CLEARED, CLEARED.replace("fouling_m[1]", "fouling_m[1] - 60.0")),
     ),
     _mutant(
         "points released 60 m early (machine)",
@@ -142,7 +230,7 @@ MUTANTS: tuple[Mutant, ...] = (
     _mutant(
         "no turnout lock (leaders)",
         "moving",
-        (LEADERS, "granted = same_way or self._section[ahead] == section", "granted = True"),
+        (LEADERS, "granted = same_way or self._at[ahead] == passage", "granted = True"),
     ),
     _mutant(
         "no turnout lock (wayside)",
@@ -192,7 +280,11 @@ MUTANTS: tuple[Mutant, ...] = (
     _mutant(
         "fouling section 30 m later",
         "moving",
-        (LEADERS, "turnout.fouling_start_m if turnout", "turnout.fouling_start_m + 30 if turnout"),
+        (
+            PASSING,
+            "entry_m, turnout = fouling_m[0], behind",
+            "entry_m, turnout = fouling_m[0] + 30.0, behind",
+        ),
         (
             POINT_MACHINE,
             "place_m = turnout.fouling_start_m, turnout.fouling_end_m",
