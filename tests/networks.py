@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
@@ -16,6 +17,7 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller
 from kankaku.railway.step.records import RunRecord
 from kankaku.scenarios.loading.load import load
+from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError
 from kankaku.testing.example_lines import world_of
 from kankaku.testing.toy_engine import ToyEngine
 from tests.property.runs import Observed
@@ -232,6 +234,19 @@ def write(folder: Path, files: Files, **changed: str) -> Path:
 def network(folder: Path, files: Files = LOOP, **changed: str) -> Scenario:
     """Write a network and load it."""
     return load(write(folder, files, **changed))
+
+
+def mistakes_of(folder: Path, files: Files, **changed: str) -> tuple[Mistake, ...]:
+    """Return what is wrong with a network."""
+    with pytest.raises(ScenarioError) as caught:
+        network(folder, files, **changed)
+    return caught.value.mistakes
+
+
+def changed(files: Files, name: str, old: str, new: str) -> dict[str, str]:
+    """Return a file with one passage replaced, which must occur once."""
+    assert files[name].count(old) == 1, (name, old)
+    return {Path(name).stem: files[name].replace(old, new)}
 
 
 def overstays_s(world: World, **delays_s: Mapping[str, float]) -> FloatArray:

@@ -6,20 +6,8 @@ import pytest
 
 from kankaku.railway.plan.line import Direction, Gradient, SpeedLimit
 from kankaku.railway.plan.met import line_met
-from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError
-from tests.networks import LOOP, TERMINAL, Files, network
-
-
-def mistakes_of(folder: Path, files: Files, **changed: str) -> tuple[Mistake, ...]:
-    with pytest.raises(ScenarioError) as caught:
-        network(folder, files, **changed)
-    return caught.value.mistakes
-
-
-def changed(files: Files, name: str, old: str, new: str) -> dict[str, str]:
-    """Return a file with one passage replaced, which must occur once."""
-    assert files[name].count(old) == 1, (name, old)
-    return {Path(name).stem: files[name].replace(old, new)}
+from kankaku.scenarios.reading.mistakes import Mistake
+from tests.networks import LOOP, TERMINAL, changed, mistakes_of, network
 
 
 def assert_told(found: tuple[Mistake, ...], file: str, expected: tuple[str, str, str]) -> None:
@@ -340,56 +328,3 @@ def test_stock_goes_on_as_a_train_of_its_own_type_and_on_its_track(tmp_path: Pat
     where = told["calls.csv", "row 4, column track"]
     assert where.problem == "'f1' begins on track 'p2', not where 'r1' ends"
     assert where.allowed == "p1"
-
-
-WAYS = [
-    ("r1,m,up", "r1,m,down", {}, "row 3", "rising trains do not use track 'down'"),
-    (
-        "r1,m,up,07:02:40,07:03:10\n",
-        "",
-        {"tracks": LOOP["tracks.csv"].replace("falling,2", "both,2")},
-        "row 3",
-        "2 ways to track 'right' are equally straight",
-    ),
-    (
-        "r1,m,up,07:02:40,07:03:10\n",
-        "",
-        {"tracks": LOOP["tracks.csv"].replace("up,w,e,rising", "up,w,e,falling")},
-        "row 3",
-        "no way leads from track 'left' to 'right'",
-    ),
-]
-
-
-@pytest.mark.parametrize(("old", "new", "others", "row", "problem"), WAYS)
-def test_a_train_without_a_way(
-    tmp_path: Path, old: str, new: str, others: dict[str, str], row: str, problem: str
-) -> None:
-    platforms = LOOP["platforms.csv"]
-    if others:
-        platforms = platforms.replace("m,down,0.89,1.01,0.9", "m,down,0.79,1.01,0.9")
-    edited = changed(LOOP, "calls.csv", old, new)
-    (mistake,) = mistakes_of(tmp_path, LOOP, platforms=platforms, **edited, **others)
-    assert (mistake.file, mistake.where) == ("calls.csv", f"{row}, column track")
-    assert mistake.problem == f"train 'r1': {problem}"
-    assert "routes.csv" in mistake.allowed
-
-
-@pytest.mark.parametrize(
-    ("named", "tracks", "problem"),
-    [
-        ("other", ("left", "up", "right"), "unknown route 'other'"),
-        ("way", ("left", "right"), "route 'way': no way from 'left' to 'right'"),
-        ("way", ("left", "up"), "route 'way' does not pass track 'right'"),
-        ("way", ("left", "down", "right"), "route 'way': rising trains do not use track 'down'"),
-        ("way", ("left", "u", "right"), "route 'way': rising trains do not use track 'u'"),
-    ],
-)
-def test_a_route_that_is_none(
-    tmp_path: Path, named: str, tracks: tuple[str, ...], problem: str
-) -> None:
-    routes = "route,track\n" + "".join(f"way,{track}\n" for track in tracks)
-    services = f"train,train_type,next_train,route\nr1,unit,f2,{named}\nf1,unit,,\nf2,unit,,\n"
-    (mistake,) = mistakes_of(tmp_path, LOOP, routes=routes, services=services)
-    assert mistake.file == "calls.csv"
-    assert mistake.problem == f"train 'r1': {problem}"
