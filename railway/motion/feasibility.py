@@ -11,10 +11,11 @@ from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray
 from kankaku.railway.motion.driving import Driving, trace
 from kankaku.railway.motion.run_curve import fastest
 from kankaku.railway.motion.way import Way, way_on
-from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.line import Direction, Line
+from kankaku.railway.plan.met import lines_met
 from kankaku.railway.plan.profile import Profile, build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
-from kankaku.railway.plan.timetable import Call, Timetable
+from kankaku.railway.plan.timetable import Call, Service, Timetable
 from kankaku.railway.plan.world import leaves_at_stop
 
 RESERVE_MPS2 = 0.05
@@ -107,8 +108,9 @@ def assess(line: Line, train_types: Mapping[str, TrainType], timetable: Timetabl
     """
     Find out what trains are too weak for, and what is booked too fast.
 
-    Every type runs every distinct leg of its services once, alone and as fast as it can. A train
-    that has to stop behind another one on a ramp, and cannot start there, is not looked for.
+    Every type runs every distinct leg of its services once, alone and as fast as it can; in a
+    network, whatever its route meets. A train that has to stop behind another one on a ramp, and
+    cannot start there, is not looked for.
 
     Parameters
     ----------
@@ -122,9 +124,37 @@ def assess(line: Line, train_types: Mapping[str, TrainType], timetable: Timetabl
     Returns
     -------
     Feasibility
-        At most one shortfall of starting and of each brake by train type, the worst.
+        At most one shortfall of starting and of each brake by train type and what it meets, the
+        worst.
     """
-    bookings = _bookings(line, timetable)
+    met_on = lines_met(line, [service.route for service in timetable.services])
+    groups: dict[tuple[int, Direction], list[Service]] = {}
+    for service in timetable.services:
+        direction = line.track_by_id[service.route[0]].direction
+        groups.setdefault((id(met_on[service.route]), direction), []).append(service)
+    shortfalls: list[Shortfall] = []
+    hurries: list[Hurry] = []
+    for (_, direction), services in groups.items():
+        weak, hurried = _assess(met_on[services[0].route], train_types, services)
+        if direction is Direction.FALLING:
+            weak = tuple(_told(line, shortfall) for shortfall in weak)
+        shortfalls += weak
+        hurries += hurried
+    return Feasibility(tuple(shortfalls), tuple(hurries))
+
+
+def _told(line: Line, met: Shortfall) -> Shortfall:
+    """Return a shortfall of a falling train with places by chainage."""
+    start_m, end_m = line.mirrored_m(met.leg.start_m), line.mirrored_m(met.leg.end_m)
+    leg = met.leg._replace(start_m=start_m, end_m=end_m)
+    return met._replace(leg=leg, place_m=line.mirrored_m(met.place_m))
+
+
+def _assess(
+    line: Line, train_types: Mapping[str, TrainType], services: Sequence[Service]
+) -> Feasibility:
+    """Assess trains that meet the same line."""
+    bookings = _bookings(line, services)
     shortfalls: list[Shortfall] = []
     hurries: list[Hurry] = []
     for name, train_type in train_types.items():
@@ -192,10 +222,10 @@ def starting_needs_n(line: Line, train_type: TrainType, fronts_m: FloatArray) ->
     return needed_n
 
 
-def _bookings(line: Line, timetable: Timetable) -> dict[Leg, list[float]]:
+def _bookings(line: Line, services: Sequence[Service]) -> dict[Leg, list[float]]:
     """Return the booked run times of every distinct leg; none on the way out of the line."""
     bookings: dict[Leg, list[float]] = {}
-    for service in timetable.services:
+    for service in services:
         for call, after in pairwise(service.calls):
             leg = Leg(service.train_type, call.station, after.station, call.stop_m, after.stop_m)
             bookings.setdefault(leg, []).append(after.arrival_s - call.departure_s)

@@ -46,6 +46,32 @@ def line_met(line: Line, route: Sequence[str]) -> Line:
     )
 
 
+def lines_met(line: Line, routes: Iterable[tuple[str, ...]]) -> dict[tuple[str, ...], Line]:
+    """
+    Return a line as the trains of each route meet it.
+
+    Parameters
+    ----------
+    line
+        The line.
+    routes
+        Tracks of every route, in order.
+
+    Returns
+    -------
+    dict[tuple[str, ...], Line]
+        By route; one and the same object where two routes meet the same.
+    """
+    found: dict[tuple[str, ...], Line] = {}
+    known: dict[tuple[object, ...], Line] = {}
+    for route in routes:
+        if route not in found:
+            met = line_met(line, route)
+            alike = met.limits, met.gradients, met.curves, met.balises_m
+            found[route] = known.setdefault(alike, met)
+    return found
+
+
 def _on(
     line: Line, stretches: Iterable[Stretch], places: set[str], *, falling: bool
 ) -> list[Stretch]:

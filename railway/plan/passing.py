@@ -264,10 +264,11 @@ def waiting_cycle(
     Return trains that would wait for each other for ever, if there are any.
 
     Every entry of a track, and every clearing of one, is an event that comes after others: after
-    the train's own ones before it, after the clearings that it waits for, and after those of the
-    train ahead, because nobody passes it. As long as none of them comes after itself, the first of
-    those that have not happened yet can always happen, whatever is late: there is no deadlock. It
-    is enough, not needed: trains that wait on a track are taken to stand far apart.
+    the train's own ones before it, or those of the train whose stock it takes over, after the
+    clearings that it waits for, and after those of the train ahead, because nobody passes it. As
+    long as none of them comes after itself, the first of those that have not happened yet can
+    always happen, whatever is late: there is no deadlock. It is enough, not needed: trains that
+    wait on a track are taken to stand far apart.
 
     Parameters
     ----------
@@ -294,6 +295,7 @@ def waiting_cycle(
     spacing_m = max(length_m.values()) + ROOM_M
     spacing_m += 2.0 * max((block.end_m - block.start_m for block in line.blocks), default=0.0)
     after: dict[Event, list[Event]] = defaultdict(list)
+    row_of = {service.train: row for row, service in enumerate(services)}
     for row, (service, order) in enumerate(zip(services, found, strict=True)):
         way = passages(line, service.route)
         last = len(way) - 1
@@ -317,6 +319,8 @@ def waiting_cycle(
             if number:
                 comes, room_m = (row, number - 1, 1), end_m - way[number - 1].clear_m - spacing_m
             after[comes] += _gone(found, ahead, int(room_m / spacing_m))
+        if service.next_train:
+            after[row_of[service.next_train], 0, 0].append((row, last, 1))
     return [(row, number) for row, number, _ in _cycle(after)]
 
 

@@ -10,7 +10,7 @@ from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.brake_table import BrakeTable
 from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.line import Direction, Line
-from kankaku.railway.plan.met import line_met
+from kankaku.railway.plan.met import lines_met
 from kankaku.railway.plan.passing import Before, Order, Passage, orders, passages
 from kankaku.railway.plan.profile import NO_BUFFERS, Profile, build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
@@ -322,13 +322,7 @@ def _kinds(
         kinds = tuple(train_types.values())
         lines = (line,) * len(kinds)
         return kinds, lines, np.array([row_of[s.train_type] for s in services], dtype=np.intp)
-    met_on: dict[tuple[str, ...], Line] = {}
-    known: dict[tuple[object, ...], Line] = {}
-    for service in services:
-        if service.route not in met_on:
-            met = line_met(line, service.route)
-            alike = met.limits, met.gradients, met.curves, met.balises_m
-            met_on[service.route] = known.setdefault(alike, met)
+    met_on = lines_met(line, [service.route for service in services])
     pairs = [(service.train_type, met_on[service.route]) for service in services]
     numbers: dict[tuple[str, int], int] = {}
     for name, met in pairs:

@@ -3,7 +3,9 @@
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-from kankaku.railway.plan.line import Direction, Line
+import numpy as np
+
+from kankaku.railway.plan.line import Direction, Line, Turnout
 from kankaku.railway.plan.passing import orders, waiting_cycle
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.timetable import Timetable
@@ -84,12 +86,13 @@ def _length_mistakes(
     timetable: TimetableTables, line: LineTables, calls: Sequence[CallRow], kind: TrainEntry
 ) -> list[Mistake]:
     ways = {link.id: link.direction for link in line.links}
-    mistakes = []
+    direction, mistakes = direction_of(line, calls), []
     for call in calls:
         platform = line.platform_at.get((call.station, call.track))
-        if platform is None or call.track not in ways:
+        # Trains that do not run this way there are told so, with their ways.
+        if platform is None or ways.get(call.track) not in {"both", direction.name.lower()}:
             continue
-        room_m = 1000.0 * _room_km(platform, ways[call.track], direction_of(line, calls))
+        room_m = 1000.0 * _room_km(platform, ways[call.track], direction)
         if kind.length_m > room_m + 1e-3:
             problem = f"a train of {kind.length_m:g} m does not fit at {call.station!r}"
             allowed = f"up to {room_m:g} m from the start of the platform to the stop position"
@@ -159,6 +162,64 @@ def way_mistakes(line: Line, tables: LineTables, timetable: TimetableTables) -> 
             allowed = "tracks that lead there, or a route of routes.csv in services.csv"
             mistakes.append(timetable.calls.mistake(found.call, "track", problem, allowed))
     return mistakes
+
+
+def standing_mistakes(
+    line: Line,
+    services: Timetable,
+    train_types: Mapping[str, TrainType],
+    timetable: TimetableTables,
+) -> list[Mistake]:
+    """
+    Return trains that begin or end within points, where nobody keeps others away from them.
+
+    Parameters
+    ----------
+    line
+        The line.
+    services
+        The trains.
+    train_types
+        Train types by identifier.
+    timetable
+        The files of the timetable.
+
+    Returns
+    -------
+    list[Mistake]
+        At most two by train.
+    """
+    if not line.network:
+        return []
+    calls, mistakes = calls_by_train(timetable), []
+    for service in services.services:
+        begins, ends = service.calls[0], service.calls[-1]
+        tail_m = begins.stop_m - train_types[service.train_type].length_m
+        standing = (
+            ("begins", begins.track, tail_m, begins.stop_m),
+            ("ends", ends.track, np.inf, ends.stop_m),
+        )
+        for (verb, track, *place_m), row in zip(standing, (0, -1), strict=True):
+            points = _fouled(line, track, *place_m)
+            if points is not None:
+                problem = f"train {service.train!r} {verb} in the fouling section of {points.id!r}"
+                ends_km = points.fouling_start_m / 1000.0, points.fouling_end_m / 1000.0
+                allowed = f"a place up to {ends_km[0]:g} or from {ends_km[1]:g}"
+                call = calls[service.train][row]
+                mistakes.append(timetable.calls.mistake(call, "track", problem, allowed))
+    return mistakes
+
+
+def _fouled(line: Line, track: str, tail_m: float, front_m: float) -> Turnout | None:
+    """Return the points at an end of a track that a train stands in."""
+    ends = line.track_by_id[track]
+    for number, points in enumerate(line.turnouts):
+        fouling_m = line.fouling_m(number, ends.direction)
+        ahead = points.node == ends.to_node and front_m > fouling_m[0]
+        behind = points.node == ends.from_node and tail_m < fouling_m[1]
+        if ahead or behind:
+            return points
+    return None
 
 
 def order_mistakes(

@@ -128,10 +128,15 @@ def _named(
     behind = onward(line)
     if not named:
         return WayFound(direction, (), f"unknown route {service.route!r}", calls[0])
-    for before, after in pairwise(tracks):
-        if not after or after not in behind.get(before, ()):
-            problem = f"route {service.route!r}: no way from {before!r} to {after!r}"
+    for name, track in zip(named, tracks, strict=True):
+        if not track:
+            way = direction.name.lower()
+            problem = f"route {service.route!r}: {way} trains do not use track {name!r}"
             return WayFound(direction, (), problem, calls[0])
+    for number, (before, after) in enumerate(pairwise(tracks)):
+        if after not in behind[before]:
+            problem = f"no way from {named[number]!r} to {named[number + 1]!r}"
+            return WayFound(direction, (), f"route {service.route!r}: {problem}", calls[0])
     for stop, call in zip(stops, calls, strict=True):
         if stop not in tracks:
             problem = f"route {service.route!r} does not pass track {call.track!r}"

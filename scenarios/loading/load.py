@@ -12,6 +12,7 @@ from kankaku.scenarios.checks.check_network import network_mistakes
 from kankaku.scenarios.checks.check_network_timetable import (
     network_timetable_mistakes,
     order_mistakes,
+    standing_mistakes,
     way_mistakes,
 )
 from kankaku.scenarios.checks.check_running import running_mistakes, running_warnings
@@ -77,6 +78,8 @@ def load(folder: Path) -> Scenario:
         raise ScenarioError(tuple(lost))
     train_types = to_train_types(stock)
     services = to_timetable(timetable, line, of_line, train_types, main.turn_back.minimum_s)
+    if fouling := standing_mistakes(of_line, services, train_types, timetable):
+        raise ScenarioError(tuple(fouling))
     if stuck := order_mistakes(of_line, services, train_types, timetable):
         raise ScenarioError(tuple(stuck))
     running = assess(of_line, train_types, services)
