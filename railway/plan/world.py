@@ -11,7 +11,7 @@ from kankaku.railway.plan.brake_table import BrakeTable
 from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.line import Direction, Line
 from kankaku.railway.plan.met import lines_met
-from kankaku.railway.plan.passing import Before, Order, Passage, orders, passages
+from kankaku.railway.plan.passing import Passage, Precursors, Predecessor, orders, passages
 from kankaku.railway.plan.profile import NO_BUFFERS, Profile, build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.timetable import Service, Timetable
@@ -127,7 +127,7 @@ class World:
         return tuple(ways[service.route] for service in self._services)
 
     @cached_property
-    def orders(self) -> tuple[Order, ...]:
+    def orders(self) -> tuple[Precursors, ...]:
         """Who goes before each train."""
         return orders(self.line, self._services)
 
@@ -153,7 +153,7 @@ class World:
         return found
 
     @cached_property
-    def enters_after(self) -> tuple[tuple[Before, ...], ...]:
+    def enters_after(self) -> tuple[tuple[Predecessor, ...], ...]:
         """
         The trains that must have passed the origin of each train before it enters.
 
@@ -167,7 +167,7 @@ class World:
             stock = int(self.stock_from[row])
             if stock >= 0:
                 before = {one for one in before if one.row != stock}
-                before.add(Before(stock, len(self._services[stock].route)))
+                before.add(Predecessor(stock, len(self._services[stock].route)))
             found.append(tuple(sorted(before)))
         return tuple(found)
 
