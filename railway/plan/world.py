@@ -89,37 +89,6 @@ class World:
         """
         return self.lines[int(self.type_index[row])]
 
-    def by_line(self, rows: IntArray) -> list[tuple[Line, IntArray | slice]]:
-        """
-        Return which of some trains meet the same line.
-
-        Parameters
-        ----------
-        rows
-            The trains. shape (n_columns,)
-
-        Returns
-        -------
-        list[tuple[Line, IntArray | slice]]
-            What they meet, and their columns.
-        """
-        if not self.line.network:
-            return [(self.line, slice(None))]
-        number = self._line_number[self.type_index[rows]]
-        return [
-            (self._distinct_lines[n], np.flatnonzero(number == n))
-            for n in np.unique(number).tolist()
-        ]
-
-    @cached_property
-    def _distinct_lines(self) -> list[Line]:
-        return list({id(line): line for line in self.lines}.values())
-
-    @cached_property
-    def _line_number(self) -> IntArray:
-        number_of = {id(line): number for number, line in enumerate(self._distinct_lines)}
-        return np.array([number_of[id(line)] for line in self.lines], dtype=np.intp)
-
     @cached_property
     def passages(self) -> tuple[tuple[Passage, ...], ...]:
         """The tracks of every train's route, as it passes them."""
