@@ -42,6 +42,8 @@ class NetworkEngine(PlainEngine):
     passes the end of its route; from then on it does not see it. Trains that have met are not
     compared any more: what SUMO does with them is its own affair.
 
+    SUMO's clock is behind ours by less than a step where steps do not divide a second.
+
     SUMO sees trains that overlap on a track, in either direction, when it looks; see
     :mod:`kankaku.sumo_net.network_xml` for what it does not see.
 
@@ -85,12 +87,16 @@ class NetworkEngine(PlainEngine):
 
     def __enter__(self) -> Self:
         """Start SUMO."""
-        options = {"step-length": f"{self._period_s:.3f}"}
+        # Where SUMO does not begin at a multiple of its step, vehicles appear a step late.
+        period_ms = round(1000.0 * self._period_s)
+        begin_ms = round(1000.0 * self._files.begin_s) // period_ms * period_ms
+        options = {"step-length": f"{period_ms / 1000.0:.3f}", "begin": f"{begin_ms / 1000.0:.3f}"}
         self._sumo = sumo = start(self._files, options, gui=self._gui)
         for train_type in set(self._types):
             disarm(sumo, train_type)
         for rising, falling in twins(self._world.line).items():
             if sumo.edge.getBidiEdge(edge_of(rising)) != edge_of(falling):
+                sumo.close()
                 msg = f"SUMO does not know that {rising} and {falling} are one track"
                 raise EngineDisagreementError(msg)
         return self

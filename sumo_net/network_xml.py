@@ -15,15 +15,21 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.line import Direction, Line, Track
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.routing import onward
 from kankaku.railway.plan.timetable import Service
 from kankaku.sumo_net import names
 from kankaku.sumo_net.edge_cuts import EDGE_SPEED_MPS
-from kankaku.sumo_net.geometry import TRACK_SPACING_M, CentreLine, beside, centre_line
+from kankaku.sumo_net.geometry import CentreLine, beside, centre_line
 from kankaku.sumo_net.plain_xml import text_of
 from kankaku.sumo_net.routes_xml import COMMANDED
+
+SPACING_M = 40.0
+"""Drawn distance of tracks side by side: as wide as a window draws each of them. [m]"""
+RAMP_M = 120.0
+"""Drawn length over which tracks spread from the node they share. [m]"""
 
 
 def plain_network(line: Line) -> dict[str, str]:
@@ -105,37 +111,38 @@ def _ends_m(line: Line, track: Track) -> tuple[float, float]:
 
 def _offset_m(line: Line, across: float) -> float:
     places = [track.across for track in line.network]
-    return TRACK_SPACING_M * (0.5 * (min(places) + max(places)) - across)
+    return SPACING_M * (0.5 * (min(places) + max(places)) - across)
 
 
-def _nodes_xml(line: Line, drawn: CentreLine) -> str:
+def _nodes_m(line: Line) -> Mapping[str, tuple[float, float]]:
+    """Return chainage, and the distance to the left of the centre line, of every node."""
     at_m: dict[str, float] = {}
     across: dict[str, list[float]] = {}
     for track in line.network:
-        for node, place_m in zip(
-            (track.from_node, track.to_node), _ends_m(line, track), strict=True
-        ):
+        ends_m = _ends_m(line, track)
+        for node, place_m in zip((track.from_node, track.to_node), ends_m, strict=True):
             at_m[node] = place_m
             across.setdefault(node, []).append(track.across)
+    return {
+        node: (place_m, _offset_m(line, float(np.mean(across[node]))))
+        for node, place_m in at_m.items()
+    }
+
+
+def _nodes_xml(line: Line, drawn: CentreLine) -> str:
     root = ET.Element("nodes")
-    for node, place_m in at_m.items():
-        middle_m = _offset_m(line, float(np.mean(across[node])))
-        (point,) = beside(line, drawn, np.array([place_m]), middle_m).tolist()
+    for node, (place_m, offset_m) in _nodes_m(line).items():
+        (point,) = beside(line, drawn, np.array([place_m]), offset_m).tolist()
         x, y, z = (f"{value:.3f}" for value in point)
         ET.SubElement(root, "node", id=names.network_node(node), x=x, y=y, z=z, type="priority")
     return text_of(root)
 
 
 def _edges_xml(line: Line, drawn: CentreLine) -> str:
-    """Return the edges; both of a two-way track have the same points, or SUMO sees two tracks."""
+    nodes_m = _nodes_m(line)
     root = ET.Element("edges")
     for track in line.network:
-        first_m, last_m = sorted(_ends_m(line, track))
-        knots_m = [end_m for one in line.gradients for end_m in (one.start_m, one.end_m)]
-        where_m = np.concatenate([drawn.chainage_m, knots_m])
-        inside = (where_m > first_m + 1.0) & (where_m < last_m - 1.0)
-        where_m = np.unique(np.concatenate([[first_m, last_m], where_m[inside]]))
-        points = beside(line, drawn, where_m, _offset_m(line, track.across))
+        points = _points(line, drawn, track, nodes_m)
         attributes = {
             "id": edge_of(track.id),
             "from": names.network_node(track.from_node),
@@ -145,12 +152,32 @@ def _edges_xml(line: Line, drawn: CentreLine) -> str:
             "length": f"{track.end_m - track.start_m:.3f}",
             "allow": "rail",
             "spreadType": "center",
-            "shape": " ".join(
-                ",".join(f"{value:.3f}" for value in row) for row in points[:: track.direction]
-            ),
+            "shape": " ".join(",".join(f"{value:.3f}" for value in row) for row in points),
         }
         ET.SubElement(root, "edge", attributes)
     return text_of(root)
+
+
+def _points(
+    line: Line, drawn: CentreLine, track: Track, nodes_m: Mapping[str, tuple[float, float]]
+) -> FloatArray:
+    """
+    Return where a track is drawn, in running direction.
+
+    Tracks spread from their nodes at different angles. By these netconvert knows which two edges
+    are one track; parallel ones it would pair at random.
+    """
+    ends = (track.from_node, track.to_node)[:: track.direction]
+    (first_m, first_offset_m), (last_m, last_offset_m) = (nodes_m[node] for node in ends)
+    ramp_m = min(RAMP_M, 0.25 * (last_m - first_m))
+    ramps_m = [first_m, first_m + ramp_m, last_m - ramp_m, last_m]
+    knots_m = [end_m for one in line.gradients for end_m in (one.start_m, one.end_m)]
+    inner_m = np.concatenate([drawn.chainage_m, knots_m, ramps_m[1:3]])
+    inside = (inner_m > first_m + 1.0) & (inner_m < last_m - 1.0)
+    where_m = np.unique(np.concatenate([[first_m, last_m], inner_m[inside]]))
+    own_m = _offset_m(line, track.across)
+    offset_m = np.interp(where_m, ramps_m, [first_offset_m, own_m, own_m, last_offset_m])
+    return beside(line, drawn, where_m, offset_m)[:: track.direction]
 
 
 def _connections_xml(line: Line) -> str:

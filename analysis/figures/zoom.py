@@ -90,6 +90,7 @@ def _stretch_m(calls: pd.DataFrame, worst: Worst) -> tuple[float, float]:
     here = int(np.argmax(own["station"].to_numpy() == worst.station))
     low = places_m[max(here - STATIONS_BEHIND, 0)]
     high = places_m[min(here + STATIONS_AHEAD, places_m.size - 1)]
+    low, high = min(low, high), max(low, high)
     edge = 0.04 * (high - low)
     return float(low - edge), float(high + edge)
 

@@ -10,6 +10,7 @@ import pandas as pd
 from kankaku.analysis.publish.results_folder import Draw, Kind, publish_folder
 from kankaku.analysis.results import WRITTEN_TABLES, stations_frame
 from kankaku.analysis.tables.map_window import window_of
+from kankaku.analysis.tables.network_tables import NETWORK_TABLES, network_tables
 from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.analysis.tables.summary import summary_frame
 from kankaku.analysis.tables.sweep import SWEPT_TABLES, SweepTables, shown_delays_s, sweep_tables
@@ -20,8 +21,8 @@ from kankaku.railway.step.records import RAW_TABLES
 
 STUDY_RESULTS = Kind(
     "summary",
-    {**WRITTEN_TABLES, **SWEPT_TABLES},
-    figures=("intervals", "speed_distance", "time_distance", "zoom"),
+    {**WRITTEN_TABLES, **SWEPT_TABLES, **NETWORK_TABLES},
+    figures=("intervals", "speed_distance", "time_distance", "track_plan", "zoom"),
     texts=("report.md",),
     elsewhere=frozenset(RAW_TABLES),
 )
@@ -98,7 +99,8 @@ def publish(
     made: dict[str, Draw] = {}
     if figures:
         made = _figures(scenario, findings.sweep, drawn, shown, stations)
-        made |= _maps(scenario, [run for run in shown if run.controller in by_radio], stations)
+        if not scenario.line.network:
+            made |= _maps(scenario, [run for run in shown if run.controller in by_radio], stations)
     report = report_text(
         scenario.title,
         shown,
@@ -111,6 +113,8 @@ def publish(
     frames = {"summary": findings.summary, "stations": stations}
     if findings.sweep:
         frames |= findings.sweep.frames
+    if scenario.line.network:
+        frames |= network_tables(scenario, runs, shown)
     texts = {"report.md": report}
     publish_folder(folder, STUDY_RESULTS, frames, made, provenance, texts=texts)
     return findings
@@ -148,6 +152,10 @@ def _figures(
     figures["time_distance"] = partial(time_distance_figure, shown, stations, title=title)
     if worst_moment(shown[0]) is not None:
         figures["zoom"] = partial(zoom_figure, shown, stations)
+    if scenario.line.network:
+        from kankaku.analysis.figures.track_plan import track_plan_figure  # noqa: PLC0415
+
+        figures["track_plan"] = partial(track_plan_figure, scenario.line)
     return figures
 
 

@@ -5,6 +5,7 @@ The *unhindered* run of a train is its trip with its own injected dwell delays a
 booked slack, but no other train on the line: from its origin it departs at
 ``max(booked departure, arrival + minimum dwell + injected delay)`` and reaches the next
 call after the shortest technical run time. *Lateness* is a delay where positive, else 0.
+One that takes over the stock of another train begins when the unhindered run of that one ends.
 The lateness of an arrival is then, exactly,
 
     lateness = unhindered lateness + secondary delay.
@@ -21,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from kankaku.railway.arrays import FloatArray
+from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.motion.run_curve import fastest_run
 from kankaku.railway.plan.world import World
 
@@ -69,7 +70,7 @@ def technical_run_times_s(world: World) -> FloatArray:
             start_m, stop_m = world.stop_m[row, column - 1 : column + 1].tolist()
             key = (kind, start_m, stop_m)
             if key not in known:
-                run = fastest_run(world.line, world.train_types[kind], start_m, stop_m)
+                run = fastest_run(world.line_of(row), world.train_types[kind], start_m, stop_m)
                 known[key] = float(run.run_time_s)
             times_s[row, column] = known[key]
     return times_s
@@ -98,14 +99,33 @@ def unhindered_arrivals_s(
     """
     calls = dwell_delay_s.shape[1]
     arrival_s = np.full(dwell_delay_s.shape, np.nan)
-    arrival_s[:, 0] = world.booked_arrival_s[:, 0]
     dwell_s = world.minimum_dwell_s[:, :calls] + dwell_delay_s
-    for column in range(1, calls):
-        ready_s = arrival_s[:, column - 1] + dwell_s[:, column - 1]
-        departure_s = np.maximum(world.booked_departure_s[:, column - 1], ready_s)
-        arrival_s[:, column] = departure_s + run_times_s[:, column]
+    last, stock_from = world.call_count - 1, world.stock_from
+    # Whoever takes over stock comes after the train that brings it.
+    turn = _turns(stock_from)
+    for number in range(int(turn.max()) + 1):
+        rows = np.flatnonzero(turn == number)
+        arrival_s[rows, 0] = world.booked_arrival_s[rows, 0]
+        if number:
+            stock = stock_from[rows]
+            ready_s = arrival_s[stock, last[stock]] + dwell_s[stock, last[stock]]
+            arrival_s[rows, 0] = np.maximum(world.booked_departure_s[stock, last[stock]], ready_s)
+        for column in range(1, calls):
+            ready_s = arrival_s[rows, column - 1] + dwell_s[rows, column - 1]
+            departure_s = np.maximum(world.booked_departure_s[rows, column - 1], ready_s)
+            arrival_s[rows, column] = departure_s + run_times_s[rows, column]
     booked = np.arange(calls) < world.call_count[:, np.newaxis]
     return np.where(booked, arrival_s, np.nan)
+
+
+def _turns(stock_from: IntArray) -> IntArray:
+    """Return how many trains the stock of each train has worked before. shape (n_trains,)"""
+    turn = np.zeros(stock_from.size, dtype=np.intp)
+    stock = stock_from.copy()
+    while (stock >= 0).any():
+        turn += stock >= 0
+        stock = np.where(stock >= 0, stock_from[stock], -1)
+    return turn
 
 
 def primary_delay_s(

@@ -49,7 +49,9 @@ class MeasuredRun:
 
     @cached_property
     def last_arrivals(self) -> pd.DataFrame:
-        """Calls at the last station."""
+        """Calls at the last station; of a line with both directions every train's last one."""
+        if (self.run.calls.groupby("train", sort=False)["stop_m"].diff() < 0.0).any():
+            return self.arrivals.groupby("train", sort=False).tail(1)
         at_end = self.arrivals[self.arrivals["stop_m"] == self.arrivals["stop_m"].max()]
         return self.arrivals[self.arrivals["station"].isin(at_end["station"])]
 
@@ -82,6 +84,7 @@ def _scheduled_speed_kmh(measured: MeasuredRun) -> float:
     first = by_train[["stop_m", "departure_s"]].nth(0).to_numpy()
     last = by_train[["stop_m", "arrival_s"]].nth(-1).to_numpy()
     distance_m, time_s = (last - first).T
+    distance_m = np.abs(distance_m)
     arrived = np.isfinite(time_s) & (time_s > 0.0)
     if not arrived.any():
         return np.nan

@@ -51,7 +51,7 @@ def stops_frame(record: RunRecord) -> pd.DataFrame:
             "train": [services[row].train for row in rows],
             "start_s": stands.start_s[kept],
             "duration_s": stands.duration_s[kept],
-            "front_m": stands.front_m[kept],
+            "front_m": record.world.chainage_m(stands.row[kept], stands.front_m[kept]),
             "next_station": towards,
         },
         INTERSTATION_STOPS,

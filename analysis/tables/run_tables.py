@@ -13,7 +13,8 @@ from kankaku.analysis.tables import delay
 from kankaku.analysis.tables.columns import csv_text, read_csv, rows_frame, typed_frame, write_whole
 from kankaku.analysis.tables.energy import energy_frame
 from kankaku.analysis.tables.interstation import stops_frame
-from kankaku.railway.arrays import FloatArray
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.plan.world import World
 from kankaku.railway.step.records import (
     CALLS,
     OBSTRUCTIONS,
@@ -109,8 +110,8 @@ def _calls_frame(record: RunRecord, run_times_s: FloatArray) -> pd.DataFrame:
             "train": [services[row].train for row in rows.tolist()],
             "sequence": sequence,
             "station": [call.station for call in calls],
-            "track": [call.track for call in calls],
-            "stop_m": world.stop_m[made],
+            "track": [world.line.track_by_id[call.track].physical for call in calls],
+            "stop_m": world.chainage_m(rows, world.stop_m[made]),
             "booked_arrival_s": booked_arrival_s,
             "booked_departure_s": booked_departure_s,
             "arrival_s": arrival_s,
@@ -134,20 +135,7 @@ def _calls_frame(record: RunRecord, run_times_s: FloatArray) -> pd.DataFrame:
 
 def _trajectory_frame(record: RunRecord) -> pd.DataFrame:
     samples, world = record.trajectory, record.world
-    line, services = world.line, world.timetable.services
-    # One column per section; before its origin's section a train has the track it starts on.
-    table = np.empty((world.size, len(line.sections)), dtype=np.intp)
-    track_ids = list(line.track_by_id)
-    number_of = {track: number for number, track in enumerate(track_ids)}
-    for row, service in enumerate(services):
-        numbers = [number_of[track] for track in service.route]
-        first = line.section_of_track[service.route[0]]
-        table[row, :first] = numbers[0]
-        table[row, first : first + len(numbers)] = numbers
-        table[row, first + len(numbers) :] = numbers[-1]
-    starts_m = np.array([section.start_m for section in line.sections])
-    section = np.searchsorted(starts_m, samples.front_m, side="right") - 1
-    track = table[samples.row, np.clip(section, 0, None)]
+    track_ids, track = _tracks_under(world, samples.row, samples.front_m)
     trains = pd.array(list(world.timetable.trains), dtype="str")
     plans = pd.array([*samples.plans, ""], dtype="str")
     # Places beside the track count down from below nothing, trains up from above it.
@@ -156,9 +144,9 @@ def _trajectory_frame(record: RunRecord) -> pd.DataFrame:
         {
             "time_s": samples.time_s,
             "train": trains.take(samples.row),
-            "front_m": samples.front_m,
+            "front_m": world.chainage_m(samples.row, samples.front_m),
             "speed_mps": samples.speed_mps,
-            "limit_m": samples.eoa_m,
+            "limit_m": world.chainage_m(samples.row, samples.eoa_m),
             "track": pd.array(track_ids, dtype="str").take(track),
             "reason": pd.array(list(REASONS), dtype="str").take(samples.reason),
             "plan": plans.take(
@@ -168,6 +156,23 @@ def _trajectory_frame(record: RunRecord) -> pd.DataFrame:
         },
         TRAJECTORY,
     )
+
+
+def _tracks_under(world: World, rows: IntArray, front_m: FloatArray) -> tuple[list[str], IntArray]:
+    """Return all physical tracks, and which of them is under each front."""
+    line = world.line
+    names = list(dict.fromkeys(track.physical for track in line.tracks))
+    number_of = {name: number for number, name in enumerate(names)}
+    under = np.empty(rows.size, dtype=np.intp)
+    order = np.argsort(rows, kind="stable")
+    ends = np.searchsorted(rows[order], np.arange(world.size + 1))
+    for row, service in enumerate(world.timetable.services):
+        own = order[ends[row] : ends[row + 1]]
+        tracks = [line.track_by_id[track] for track in service.route]
+        starts_m = np.array([track.start_m for track in tracks[1:]])
+        numbers = np.array([number_of[track.physical] for track in tracks])
+        under[own] = numbers[np.searchsorted(starts_m, front_m[own], side="right")]
+    return names, under
 
 
 def _violations_frame(record: RunRecord) -> pd.DataFrame:
@@ -192,7 +197,9 @@ def _unfinished_frame(record: RunRecord) -> pd.DataFrame:
             "train": [trains[item.row] for item in found],
             "cause": [item.cause for item in found],
             "by": [item.by for item in found],
-            "front_m": [item.front_m for item in found],
+            "front_m": [
+                float(record.world.chainage_m(item.row, np.array(item.front_m))) for item in found
+            ],
             "message": [item.sentence for item in found],
         },
         UNFINISHED,

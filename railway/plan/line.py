@@ -31,6 +31,10 @@ class Station:
     latitude_deg: float
 
 
+BACK = "~"
+"""Ends the identifier of a two-way track as falling trains use it; no file can name it."""
+
+
 class Direction(IntEnum):
     """Where trains run to."""
 
@@ -64,6 +68,11 @@ class Track:
     def place(self) -> str:
         """The physical track, which one movement at a time may take."""
         return self.resource or self.id
+
+    @property
+    def physical(self) -> str:
+        """Its name in files and tables, whichever way trains use it."""
+        return self.id.removesuffix(BACK)
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,7 +36,7 @@ class Passage(NamedTuple):
     """Number of the points at its start; -1 for none, and for the first track of a route."""
 
 
-class Before(NamedTuple):
+class Predecessor(NamedTuple):
     """A train that has to go before another one."""
 
     row: int
@@ -45,15 +45,15 @@ class Before(NamedTuple):
     """Which of its own passages it has to have left."""
 
 
-NOBODY_BEFORE = Before(NOBODY, 0)
+NO_PREDECESSOR = Predecessor(NOBODY, 0)
 
 
-class Order(NamedTuple):
+class Precursors(NamedTuple):
     """Who goes before a train, by passage of its route."""
 
-    ahead: tuple[Before, ...]
+    ahead: tuple[Predecessor, ...]
     """The train before on the same track in the same direction."""
-    waits: tuple[tuple[Before, ...], ...]
+    waits: tuple[tuple[Predecessor, ...], ...]
     """Trains whose tails must have left their passage before this one may be entered."""
 
 
@@ -84,7 +84,7 @@ def passages(line: Line, route: Sequence[str]) -> tuple[Passage, ...]:
     return tuple(found)
 
 
-def orders(line: Line, services: Sequence[Service]) -> tuple[Order, ...]:
+def orders(line: Line, services: Sequence[Service]) -> tuple[Precursors, ...]:
     """
     Return who goes before whom.
 
@@ -97,17 +97,17 @@ def orders(line: Line, services: Sequence[Service]) -> tuple[Order, ...]:
 
     Returns
     -------
-    tuple[Order, ...]
+    tuple[Precursors, ...]
         By train.
     """
     ways = {service.route: passages(line, service.route) for service in services}
     if not line.network:
         return _chain_orders(services)
     booked = _Booked(services, ways)
-    waits: list[list[set[Before]]] = [[set() for _ in service.route] for service in services]
-    ahead = [[NOBODY_BEFORE] * len(service.route) for service in services]
+    waits: list[list[set[Predecessor]]] = [[set() for _ in service.route] for service in services]
+    ahead = [[NO_PREDECESSOR] * len(service.route) for service in services]
     images = defaultdict[str, set[str]](set)
-    last_through = defaultdict[int, dict[tuple[str, str], Before]](dict)
+    last_through = defaultdict[int, dict[tuple[str, str], Predecessor]](dict)
     clash: dict[tuple[tuple[str, str], tuple[str, str]], bool] = {}
     for row, number in booked.entries():
         route = services[row].route
@@ -124,28 +124,28 @@ def orders(line: Line, services: Sequence[Service]) -> tuple[Order, ...]:
                 clash[pair] = conflicting(line, *pair)
             if clash[pair]:
                 waits[row][number].add(before)
-        last_through[turnout][move] = Before(row, number - 1)
+        last_through[turnout][move] = Predecessor(row, number - 1)
     for order in booked.order_on.values():
         for before, (row, number) in pairwise(order):
             ahead[row][number] = before
     return tuple(
-        Order(tuple(one), tuple(tuple(sorted(befores)) for befores in two))
+        Precursors(tuple(one), tuple(tuple(sorted(befores)) for befores in two))
         for one, two in zip(ahead, waits, strict=True)
     )
 
 
-def _chain_orders(services: Sequence[Service]) -> tuple[Order, ...]:
+def _chain_orders(services: Sequence[Service]) -> tuple[Precursors, ...]:
     """Return who goes before whom in the order of the timetable."""
-    last_on: dict[str, Before] = {}
+    last_on: dict[str, Predecessor] = {}
     found = []
     for row, service in enumerate(services):
         found.append(
-            Order(
-                tuple(last_on.get(track, NOBODY_BEFORE) for track in service.route),
+            Precursors(
+                tuple(last_on.get(track, NO_PREDECESSOR) for track in service.route),
                 ((),) * len(service.route),
             )
         )
-        last_on |= {track: Before(row, number) for number, track in enumerate(service.route)}
+        last_on |= {track: Predecessor(row, number) for number, track in enumerate(service.route)}
     return tuple(found)
 
 
@@ -190,7 +190,7 @@ class _Booked:
         ways: Mapping[tuple[str, ...], tuple[Passage, ...]],
     ) -> None:
         self._services, self._ways = services, ways
-        self.order_on = defaultdict[str, list[Before]](list)
+        self.order_on = defaultdict[str, list[Predecessor]](list)
         """Trains of each track so far, first one first."""
         self._on_track = defaultdict[str, list[int]](list)
         """Those that are on it."""
@@ -229,7 +229,7 @@ class _Booked:
             while later < len(queue) and self._place_m(queue[-1 - later], time_s) < begins_m:
                 later += 1
         queue.insert(len(queue) - later, row)
-        order.insert(len(order) - later, Before(row, number))
+        order.insert(len(order) - later, Predecessor(row, number))
 
     def _place_m(self, row: int, time_s: float) -> float:
         """Return where a train is booked to be at a time. [m]"""
@@ -258,7 +258,10 @@ Event: TypeAlias = tuple[int, int, int]
 
 
 def waiting_cycle(
-    line: Line, services: Sequence[Service], found: Sequence[Order], length_m: Mapping[str, float]
+    line: Line,
+    services: Sequence[Service],
+    found: Sequence[Precursors],
+    length_m: Mapping[str, float],
 ) -> list[tuple[int, int]]:
     """
     Return trains that would wait for each other for ever, if there are any.
@@ -324,7 +327,7 @@ def waiting_cycle(
     return [(row, number) for row, number, _ in _cycle(after)]
 
 
-def _gone(found: Sequence[Order], before: Before, room: int) -> list[Event]:
+def _gone(found: Sequence[Precursors], before: Predecessor, room: int) -> list[Event]:
     """Return the clearing of the first train ahead that there is no room for any more."""
     for _ in range(room):
         if before.row != NOBODY:

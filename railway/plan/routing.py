@@ -9,7 +9,7 @@ from kankaku.railway.plan.line import Line, Track
 SAME = 1e-9
 
 
-class Way(NamedTuple):
+class StraightWay(NamedTuple):
     """The straightest way from one track to another."""
 
     tracks: tuple[str, ...]
@@ -47,7 +47,7 @@ def onward(line: Line) -> Mapping[str, tuple[str, ...]]:
     }
 
 
-def straightest(line: Line, origin: str, destination: str) -> Way:
+def straightest(line: Line, origin: str, destination: str) -> StraightWay:
     """
     Return the straightest way from one track to another.
 
@@ -60,7 +60,7 @@ def straightest(line: Line, origin: str, destination: str) -> Way:
 
     Returns
     -------
-    Way
+    StraightWay
         The one with the least changes of place across, summed up.
     """
     behind, track_of = onward(line), line.track_by_id
@@ -84,7 +84,7 @@ def straightest(line: Line, origin: str, destination: str) -> Way:
         return least, count, found
 
     _, count, tracks = best(origin)
-    return Way(tracks, max(count - 1, 0))
+    return StraightWay(tracks, max(count - 1, 0))
 
 
 def joined(ways: Sequence[Sequence[str]]) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from kankaku.railway.plan.brake_table import BrakeTable
 from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.line import Direction, Line
 from kankaku.railway.plan.met import lines_met
-from kankaku.railway.plan.passing import Before, Order, Passage, orders, passages
+from kankaku.railway.plan.passing import Passage, Precursors, Predecessor, orders, passages
 from kankaku.railway.plan.profile import NO_BUFFERS, Profile, build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.timetable import Service, Timetable
@@ -89,37 +89,6 @@ class World:
         """
         return self.lines[int(self.type_index[row])]
 
-    def by_line(self, rows: IntArray) -> list[tuple[Line, IntArray | slice]]:
-        """
-        Return which of some trains meet the same line.
-
-        Parameters
-        ----------
-        rows
-            The trains. shape (n_columns,)
-
-        Returns
-        -------
-        list[tuple[Line, IntArray | slice]]
-            What they meet, and their columns.
-        """
-        if not self.line.network:
-            return [(self.line, slice(None))]
-        number = self._line_number[self.type_index[rows]]
-        return [
-            (self._distinct_lines[n], np.flatnonzero(number == n))
-            for n in np.unique(number).tolist()
-        ]
-
-    @cached_property
-    def _distinct_lines(self) -> list[Line]:
-        return list({id(line): line for line in self.lines}.values())
-
-    @cached_property
-    def _line_number(self) -> IntArray:
-        number_of = {id(line): number for number, line in enumerate(self._distinct_lines)}
-        return np.array([number_of[id(line)] for line in self.lines], dtype=np.intp)
-
     @cached_property
     def passages(self) -> tuple[tuple[Passage, ...], ...]:
         """The tracks of every train's route, as it passes them."""
@@ -127,7 +96,7 @@ class World:
         return tuple(ways[service.route] for service in self._services)
 
     @cached_property
-    def orders(self) -> tuple[Order, ...]:
+    def orders(self) -> tuple[Precursors, ...]:
         """Who goes before each train."""
         return orders(self.line, self._services)
 
@@ -153,7 +122,7 @@ class World:
         return found
 
     @cached_property
-    def enters_after(self) -> tuple[tuple[Before, ...], ...]:
+    def enters_after(self) -> tuple[tuple[Predecessor, ...], ...]:
         """
         The trains that must have passed the origin of each train before it enters.
 
@@ -167,7 +136,7 @@ class World:
             stock = int(self.stock_from[row])
             if stock >= 0:
                 before = {one for one in before if one.row != stock}
-                before.add(Before(stock, len(self._services[stock].route)))
+                before.add(Predecessor(stock, len(self._services[stock].route)))
             found.append(tuple(sorted(before)))
         return tuple(found)
 

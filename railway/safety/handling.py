@@ -13,7 +13,7 @@ import numpy as np
 from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.line import Block
 from kankaku.railway.plan.world import World
-from kankaku.railway.safety.heights import rises_m
+from kankaku.railway.safety.ground import Ground
 from kankaku.railway.step.promises import Promises
 from kankaku.railway.step.step_block import StepBlock
 
@@ -36,8 +36,14 @@ class Handling:
     """Finds trains that brake harder or later than was promised."""
 
     def __init__(
-        self, world: World, promises: Promises, blocks: tuple[Block, ...], overrun_m: Overrun
+        self,
+        world: World,
+        promises: Promises,
+        blocks: tuple[Block, ...],
+        overrun_m: Overrun,
+        ground: Ground,
     ) -> None:
+        self._ground = ground
         self._world, self._promises, self._overrun_m = world, promises, overrun_m
         self._service_mps2 = world.of_type("service_brake_mps2")
         self._emergency_mps2 = world.of_type("emergency_brake_mps2")
@@ -91,7 +97,7 @@ class Handling:
         """Return the least and the greatest deceleration by gradients, within a metre."""
         gravity = self._gravity_mps2[block.rows] / self._world.length_m[block.rows]
         drags = [
-            gravity * rises_m(self._world, place_m, block.rows)
+            gravity * self._ground.rises_m(place_m, block.rows)
             for place_m in (block.front_m[:-1] - NEAR_M, block.front_m[1:] + NEAR_M)
         ]
         return np.minimum(*drags), np.maximum(*drags)

@@ -4,10 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import compiled
 from kankaku.railway.plan.line import Line
-from kankaku.railway.plan.world import World
 
 BEFORE_M = 1e5
 """Level track before the line, further than any train reaches. [m]"""
@@ -46,31 +45,6 @@ def heights_of(line: Line) -> Heights:
     slopes = np.append(np.diff(heights_m) / np.diff(knots_m), 0.0)
     steps = np.diff(knots_m) * 0.5 * (heights_m[1:] + heights_m[:-1])
     return Heights(knots_m, heights_m, slopes, np.append(0.0, np.cumsum(steps)))
-
-
-def rises_m(world: World, front_m: FloatArray, rows: IntArray) -> FloatArray:
-    """
-    Return by how much the fronts of trains are higher than their tails.
-
-    Parameters
-    ----------
-    world
-        Line and fleet.
-    front_m
-        Fronts. [m], shape (..., n_columns)
-    rows
-        The trains. shape (n_columns,)
-
-    Returns
-    -------
-    FloatArray
-        [m], shape (..., n_columns)
-    """
-    length_m, rise_m = world.length_m[rows], np.empty_like(front_m)
-    for line, columns in world.by_line(rows):
-        front = front_m[..., columns]
-        rise_m[..., columns] = line.height_m(front) - line.height_m(front - length_m[columns])
-    return rise_m
 
 
 @compiled

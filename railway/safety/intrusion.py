@@ -12,7 +12,7 @@ import numpy as np
 from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.disruptions import SUDDEN
 from kankaku.railway.plan.world import World
-from kankaku.railway.safety.heights import rises_m
+from kankaku.railway.safety.ground import Ground
 from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.step_block import StepBlock
 
@@ -38,12 +38,13 @@ class Intrusions:
         world: World,
         obstructions: Callable[[], tuple[Obstruction, ...]],
         overrun_m: Overrun,
+        ground: Ground,
         *,
         by_radio: bool,
     ) -> None:
         self._world = world
         self._obstructions = obstructions
-        self._overrun_m = overrun_m
+        self._overrun_m, self._ground = overrun_m, ground
         self._reaction_s = RADIO_REACTION_S if by_radio else 0.0
         self._service_mps2 = world.of_type("service_brake_mps2")
         self._gravity_mps2 = GRAVITY_MPS2 * world.of_type("gravity_ratio")
@@ -136,7 +137,7 @@ class Intrusions:
         rows = block.rows
         before, after = block.speed_mps[:-1], block.speed_mps[1:]
         length_m = self._world.length_m[rows]
-        rise_m = rises_m(self._world, block.front_m[:-1], rows)
+        rise_m = self._ground.rises_m(block.front_m[:-1], rows)
         least_mps2 = self._service_mps2[rows] + self._gravity_mps2[rows] * rise_m / length_m
         least_mps2 -= BRAKE_TOLERANCE_MPS2
         brakes: BoolArray = before - after >= least_mps2 * self._world.step_s

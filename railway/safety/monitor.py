@@ -12,14 +12,13 @@ import numpy as np
 from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.line import Turnout
 from kankaku.railway.plan.world import World
+from kankaku.railway.safety.ground import Ground
 from kankaku.railway.safety.handling import Handling
-from kankaku.railway.safety.heights import heights_of, mean_height_m, rises_m
 from kankaku.railway.safety.intrusion import Intrusions
 from kankaku.railway.safety.movements import Movements
 from kankaku.railway.safety.permissions import PERMISSION_KINDS, Permissions
 from kankaku.railway.safety.positions import (
     Trains,
-    lower_on,
     nearest_on_track,
     raise_to_depth,
     raise_to_entered,
@@ -67,14 +66,16 @@ class Monitor:
         self._emergency_mps2 = world.of_type("emergency_brake_mps2")
         self._maximum_mps = world.of_type("maximum_speed_mps")
         self._gravity_mps2 = GRAVITY_MPS2 * world.of_type("gravity_ratio")
-        self._heights = {id(line): heights_of(line) for line in world.lines}
+        self._ground = Ground(world)
         self._users = {
             track.id: [row for row, route in enumerate(routes) if track.id in route]
             for track in world.line.tracks
         }
         self._fouling = _tracks_at_points(world)
         self._movements = Movements(world)
-        self._intrusions = Intrusions(world, obstructions, self._overrun_m, by_radio=by_radio)
+        self._intrusions = Intrusions(
+            world, obstructions, self._overrun_m, self._ground, by_radio=by_radio
+        )
         self._proofs = Proofs(world)
         self._buffers = NO_BUFFERS if promises is None else promises.buffers
         self._permissions: Permissions | None = None
@@ -83,7 +84,7 @@ class Monitor:
             self._permissions = Permissions(
                 world, separation, promises, obstructions, by_radio=by_radio
             )
-            self._handling = Handling(world, promises, kept, self._overrun_m)
+            self._handling = Handling(world, promises, kept, self._overrun_m, self._ground)
         self._open: dict[tuple[int, str], tuple[float, float, float]] = {}
         self._closed: list[Violation] = []
 
@@ -195,7 +196,7 @@ class Monitor:
         self, front_m: FloatArray, speed_mps: FloatArray, eoa_m: FloatArray, rows: IntArray
     ) -> FloatArray:
         brake = self._service_mps2[rows]
-        lift_m = self._mean_height_m(eoa_m, rows) - self._mean_height_m(front_m, rows)
+        lift_m = self._ground.mean_height_m(eoa_m, rows) - self._ground.mean_height_m(front_m, rows)
         available = brake * (eoa_m - front_m) + self._gravity_mps2[rows] * lift_m
         overrun: FloatArray = (0.5 * np.square(speed_mps) - available) / brake
         return overrun
@@ -205,9 +206,9 @@ class Monitor:
     ) -> FloatArray:
         """Return what brakes gain or lose because the gradient counts where a front is now."""
         length_m, gravity = self._world.length_m[rows], self._gravity_mps2[rows]
-        slope = rises_m(self._world, front_m, rows) / length_m
-        rise_m = self._mean_height_m(ahead_m, rows)
-        rise_m -= self._mean_height_m(front_m, rows)
+        slope = self._ground.rises_m(front_m, rows) / length_m
+        rise_m = self._ground.mean_height_m(ahead_m, rows)
+        rise_m -= self._ground.mean_height_m(front_m, rows)
         unlike_m: FloatArray = np.abs(rise_m - slope * (ahead_m - front_m))
         return unlike_m * gravity / self._service_mps2[rows]
 
@@ -219,11 +220,11 @@ class Monitor:
             return tail_m
         energy = 0.5 * np.square(block.speed_mps)
         gravity, emergency = self._gravity_mps2[block.rows], self._emergency_mps2[block.rows]
-        here_m = self._mean_height_m(front_m, block.rows)
+        here_m = self._ground.mean_height_m(front_m, block.rows)
         braking_m = energy / emergency
         # Gradients are a tenth of the brake at most, so each round leaves a tenth of the error.
         for _ in range(BRAKING_ROUNDS):
-            there_m = self._mean_height_m(front_m + braking_m, block.rows)
+            there_m = self._ground.mean_height_m(front_m + braking_m, block.rows)
             braking_m = (energy - gravity * (there_m - here_m)) / emergency
         return tail_m + braking_m
 
@@ -260,22 +261,9 @@ class Monitor:
         return nearest_m
 
     def _limit_mps(self, front_m: FloatArray, rows: IntArray) -> FloatArray:
-        tail_m = front_m - self._world.length_m[rows]
         lowest = np.broadcast_to(self._maximum_mps[rows], front_m.shape).copy()
-        for line, columns in self._world.by_line(rows):
-            front, tail, low = front_m[:, columns], tail_m[:, columns], lowest[:, columns]
-            for limit in line.limits:
-                lower_on(front, tail, (limit.start_m, limit.end_m), limit.limit_mps, low)
-            lowest[:, columns] = low
+        self._ground.lower_to_limits(lowest, front_m, rows)
         return lowest
-
-    def _mean_height_m(self, place_m: FloatArray, rows: IntArray) -> FloatArray:
-        """Return the height averaged over trains whose fronts are at some places."""
-        length_m, mean_m = self._world.length_m[rows], np.empty_like(place_m)
-        for line, columns in self._world.by_line(rows):
-            heights = self._heights[id(line)]
-            mean_m[:, columns] = mean_height_m(place_m[:, columns], length_m[columns], *heights)
-        return mean_m
 
     def _acceleration_excess_mps2(self, block: StepBlock) -> FloatArray:
         rows = block.rows
@@ -301,7 +289,7 @@ class Monitor:
         length_m = self._world.length_m[block.rows]
         start_m, end_m = block.front_m[:-1], block.front_m[1:]
         front_m = np.array([start_m, 0.5 * (start_m + end_m), end_m])
-        rise = rises_m(self._world, front_m, block.rows)
+        rise = self._ground.rises_m(front_m, block.rows)
         gravity: FloatArray = self._gravity_mps2[block.rows] * rise / length_m
         return gravity
 

@@ -7,7 +7,7 @@ import numpy as np
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
 from kankaku.railway.plan.line import Line
-from kankaku.railway.plan.passing import Before
+from kankaku.railway.plan.passing import Predecessor
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import NOTHING, beside
 from kankaku.railway.wayside.machine import ROUNDING_S
@@ -40,7 +40,7 @@ class Leaders:
         self._throw_s = [turnout.throw_s + turnout.proof_s for turnout in points]
         self._at = [0] * world.size
         """The passage that each train's tail has not left yet."""
-        self._left_s: dict[Before, float] = {}
+        self._left_s: dict[Predecessor, float] = {}
         """When passages were left that somebody waits for."""
         self._thrown: dict[int, float] = {}
         """Until when points are thrown for a train, as far as it waits for nothing else."""
@@ -122,7 +122,7 @@ class Leaders:
         concerned = set[int]()
         for row in rows.tolist():
             way, passage = self._ways[row], self._at[row]
-            self._left_s[Before(row, passage)] = time_s
+            self._left_s[Predecessor(row, passage)] = time_s
             self._at[row] += 1
             gone = self._at[row] >= len(way)
             self.next_clear_m[row] = np.inf if gone else way[self._at[row]].clear_m
@@ -141,7 +141,7 @@ class Leaders:
             Now. [s]
         """
         for passage in range(self._at[row], len(self._ways[row])):
-            self._left_s[Before(row, passage)] = time_s
+            self._left_s[Predecessor(row, passage)] = time_s
         self._at[row] = len(self._ways[row])
         self.next_clear_m[row] = np.inf
         behind = self._dependents[row]

@@ -63,11 +63,7 @@ def directed(line: Line, track: str, direction: Direction) -> str:
         Its identifier; empty if they do not use it.
     """
     return next(
-        (
-            one.id
-            for one in line.network
-            if one.id.rstrip("~") == track and one.direction is direction
-        ),
+        (one.id for one in line.network if one.physical == track and one.direction is direction),
         "",
     )
 
@@ -106,7 +102,9 @@ def route_in(
     for (before, after), call in zip(pairwise(stops), calls[1:], strict=True):
         way = straightest(line, before, after)
         if not way.tracks:
-            problem = f"no way leads from track {before.rstrip('~')!r} to {call.track!r}"
+            problem = (
+                f"no way leads from track {line.track_by_id[before].physical!r} to {call.track!r}"
+            )
             return WayFound(direction, (), problem, call)
         if way.others:
             problem = f"{way.others + 1} ways to track {call.track!r} are equally straight"

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from kankaku.railway.plan.line import Block, Direction, Platform, Track, Turnout
+from kankaku.railway.plan.line import BACK, Block, Direction, Platform, Track, Turnout
 from kankaku.scenarios.checks.line_tables import LineTables
 from kankaku.scenarios.reading import row_formats
 from kankaku.scenarios.reading.files import Reader, Table
@@ -13,8 +13,6 @@ from kankaku.scenarios.reading.units import metres
 
 NODES_FILE = "nodes.csv"
 """A folder that has it holds a network."""
-BACK = "~"
-"""Ends the identifier of a two-way track as falling trains use it; no file can name it."""
 
 
 class NetworkTables(NamedTuple):

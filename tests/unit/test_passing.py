@@ -7,8 +7,8 @@ import pytest
 
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.passing import (
-    Before,
-    Order,
+    Precursors,
+    Predecessor,
     conflicting,
     orders,
     passages,
@@ -20,7 +20,7 @@ from kankaku.scenarios.reading.mistakes import ScenarioError
 from tests.networks import CALL, JUNCTION, LENGTH_M, TERMINAL, network, run_network
 
 
-def found_in(scenario: Scenario) -> tuple[Line, tuple[Service, ...], tuple[Order, ...]]:
+def found_in(scenario: Scenario) -> tuple[Line, tuple[Service, ...], tuple[Precursors, ...]]:
     services = scenario.timetable.services
     return scenario.line, services, orders(scenario.line, services)
 
@@ -79,12 +79,12 @@ def test_trains_pass_single_track_and_points_in_the_order_of_booked_times(tmp_pa
     _, services, found = found_in(network(tmp_path))
     r1, f1, f2 = 0, 1, 2
     assert [service.train for service in services] == ["r1", "f1", "f2"]
-    assert found[r1].waits == ((), (), (Before(f1, 0),))
-    assert found[f1].waits == ((), (), (Before(r1, 0),))
+    assert found[r1].waits == ((), (), (Predecessor(f1, 0),))
+    assert found[f1].waits == ((), (), (Predecessor(r1, 0),))
     # It begins where r1 ends, comes behind f1, and goes through the points after both.
-    assert found[f2].waits[0] == (Before(r1, 2),)
+    assert found[f2].waits[0] == (Predecessor(r1, 2),)
     assert [before.row for before in found[f2].ahead] == [f1, f1, f1]
-    assert found[r1].ahead == (Before(-1, 0),) * 3
+    assert found[r1].ahead == (Predecessor(-1, 0),) * 3
 
 
 @pytest.mark.parametrize(("sooner", "first", "second"), [(False, 0, 1), (True, 1, 0)])
@@ -97,8 +97,8 @@ def test_a_junction_is_passed_in_turn_and_the_trunk_in_the_same_order(
             "07:04:20,07:04:40", "07:02:40,07:03:00"
         )
     _, _, found = found_in(network(tmp_path, JUNCTION, calls=calls))
-    assert found[second].waits[1] == (Before(first, 0),)
-    assert found[second].ahead[1] == Before(first, 1)
+    assert found[second].waits[1] == (Predecessor(first, 0),)
+    assert found[second].ahead[1] == Predecessor(first, 1)
     assert found[first].waits[1] == ()
 
 
@@ -106,7 +106,7 @@ def test_a_train_that_begins_before_another_comes_is_not_behind_it(tmp_path: Pat
     calls = JUNCTION["calls.csv"] + "e1,e,in,07:00:00,07:01:00\n"
     services = JUNCTION["services.csv"] + "e1,unit\n"
     _, _, found = found_in(network(tmp_path, JUNCTION, calls=calls, services=services))
-    assert found[0].ahead[1] == Before(2, 0)
+    assert found[0].ahead[1] == Predecessor(2, 0)
     assert found[2].ahead[0].row == -1
 
 
@@ -122,7 +122,7 @@ def test_trains_that_meet_on_single_track_wait_for_ever(tmp_path: Path) -> None:
     r1, f1 = services[0], services[1]
     swapped = list(found)
     # r1 waits for f1 to leave the right track, and f1 for r1 to have passed it.
-    swapped[1] = found[1]._replace(waits=((Before(0, 2),), *found[1].waits[1:]))
+    swapped[1] = found[1]._replace(waits=((Predecessor(0, 2),), *found[1].waits[1:]))
     cycle = waiting_cycle(line, services, swapped, {"unit": LENGTH_M})
     assert {services[row].train for row, _ in cycle} == {r1.train, f1.train}
 

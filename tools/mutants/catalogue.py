@@ -12,7 +12,7 @@ DRIVE = "controllers/drive.py"
 MOVING_BLOCK = "controllers/protection/moving_block.py"
 OVER_RADIO = "controllers/centre/over_radio.py"
 CONTROL_MAP = "controllers/control_map/map_protection.py"
-CHAINED = "tuple(last_on.get(track, NOBODY_BEFORE) for track in service.route)"
+CHAINED = "tuple(last_on.get(track, NO_PREDECESSOR) for track in service.route)"
 CLEARED = "found.append(Passage(name, entry_m, fouling_m[1], turnout))"
 BRAKE = "train.service_brake_mps2 * (grid_m - origin_m)"
 TAIL = "tail_m = front_m - self._world.length_m"
@@ -153,7 +153,7 @@ MUTANTS: tuple[Mutant, ...] = (
                 "tuple(\n"
                 "                    found[last_on[track].row].ahead[1]\n"
                 "                    if number == 1 and track in last_on\n"
-                "                    else last_on.get(track, NOBODY_BEFORE)\n"
+                "                    else last_on.get(track, NO_PREDECESSOR)\n"
                 "                    for number, track in enumerate(service.route)\n"
                 "                )"
             ),
@@ -167,7 +167,7 @@ MUTANTS: tuple[Mutant, ...] = (
             CHAINED,
             (
                 "tuple(\n"
-                "                    Before(row - 1, number) if row else NOBODY_BEFORE\n"
+                "                    Predecessor(row - 1, number) if row else NO_PREDECESSOR\n"
                 "                    for number, _ in enumerate(service.route)\n"
                 "                )"
             ),
