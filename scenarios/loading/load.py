@@ -69,6 +69,10 @@ def load(folder: Path) -> Scenario:
     quantiles = _read_quantiles(reader, folder, main)
     reader.mistakes += _mistakes(line, timetable, stock)
     reader.mistakes += disruption_mistakes(main, line, timetable, MAIN_FILE)
+    if main and main.interlocking.order == "first_come" and not line.nodes.present:
+        problem = "only a network has turns to give"
+        allowed = "timetable, or a line with nodes.csv"
+        reader.mistakes.append(Mistake(MAIN_FILE, "interlocking.order", problem, allowed))
     reader.mistakes += delay_mistakes(main, quantiles, timetable)
     reader.mistakes += folder_mistakes(folder)
     if reader.mistakes or main is None or stock is None:
@@ -88,7 +92,11 @@ def load(folder: Path) -> Scenario:
     return Scenario(
         name=folder.resolve().name,
         title=main.title,
-        line=replace(of_line, release_delay_s=main.train_detection.release_delay_s),
+        line=replace(
+            of_line,
+            release_delay_s=main.train_detection.release_delay_s,
+            first_come=main.interlocking.order == "first_come",
+        ),
         train_types=train_types,
         timetable=services,
         dwell_delays=_to_delays(main, quantiles, timetable),
