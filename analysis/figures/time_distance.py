@@ -1,6 +1,7 @@
 """The time-distance diagram (ダイヤ) of every controller, one panel each."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -26,6 +27,9 @@ from kankaku.analysis.words import label_of
 
 PANEL_WIDTH_IN = 7.0
 PANEL_HEIGHT_IN = 4.3
+LONGEST_S = 6.0 * 3600.0
+"""Of a longer day only the busiest hours are drawn. [s]"""
+BUSIEST_S = 2.0 * 3600.0
 _EDGE_S = 120.0
 
 
@@ -63,9 +67,13 @@ def time_distance_figure(
             [run.calls[["arrival_s", "departure_s"]].to_numpy().ravel() for run in runs]
         )
         start_s, end_s = np.nanmin(times_s) - _EDGE_S, np.nanmax(times_s) + _EDGE_S
+        if end_s - start_s > LONGEST_S:
+            start_s, end_s = _busiest_s(runs[0].calls)
+            runs = [_within(run, start_s, end_s) for run in runs]
+            title += f", busiest {BUSIEST_S / 3600.0:g} hours"
         for index, (run, axes) in enumerate(zip(runs, panels.flat, strict=False)):
             _draw_panel(axes, run, index)
-            _frame_panel(axes, served, labels=index % columns == 0)
+            _frame_panel(axes, served, run.calls, labels=index % columns == 0)
             clock_axis(axes, start_s, end_s)
             axes.tick_params(axis="x", labelbottom=index + columns >= len(runs))
         figure.suptitle(title, fontsize=13.0)
@@ -78,10 +86,34 @@ def time_distance_figure(
     return figure
 
 
-def _frame_panel(axes: Axes, served: pd.DataFrame, *, labels: bool) -> None:
+def _busiest_s(calls: pd.DataFrame) -> tuple[float, float]:
+    """Return the window in which most trains are booked to arrive. [s]"""
+    times_s = np.sort(calls["booked_arrival_s"].to_numpy())
+    inside = np.searchsorted(times_s, times_s + BUSIEST_S) - np.arange(times_s.size)
+    begin_s = 60.0 * np.floor(times_s[int(inside.argmax())] / 60.0)
+    return float(begin_s), float(begin_s + BUSIEST_S)
+
+
+def _within(run: RunTables, start_s: float, end_s: float) -> RunTables:
+    """Return the part of a run that is between two times; its totals are those of the part."""
+    calls, samples, stops = run.calls, run.trajectory, run.interstation_stops
+    trains = samples[samples["time_s"].between(start_s, end_s)]["train"].unique()
+    return replace(
+        run,
+        calls=calls[calls["train"].isin(trains)],
+        trajectory=samples[samples["time_s"].between(start_s - _EDGE_S, end_s + _EDGE_S)],
+        interstation_stops=stops[stops["start_s"].between(start_s, end_s)],
+    )
+
+
+def _frame_panel(axes: Axes, served: pd.DataFrame, calls: pd.DataFrame, *, labels: bool) -> None:
     chainage_m = served["chainage_m"].to_numpy()
     length_m = float(np.ptp(chainage_m))
-    axes.set_ylim(chainage_m[0] - 0.02 * length_m, chainage_m[-1] + 0.03 * length_m)
+    low_m = chainage_m[0]
+    if (calls.groupby("train", sort=False)["stop_m"].diff() < 0.0).any():
+        # Trains towards lower chainage stop at the other ends of platforms.
+        low_m = min(low_m, float(calls["stop_m"].min()))
+    axes.set_ylim(low_m - 0.02 * length_m, chainage_m[-1] + 0.03 * length_m)
     station_axis(axes, served, labels=labels, gap_m=0.032 * length_m)
     axes.grid(axis="x", color="#F1F1F1", linewidth=0.6)
     axes.spines[["top", "right"]].set_visible(False)

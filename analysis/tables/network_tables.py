@@ -47,7 +47,7 @@ TURN_BACKS = (
 )
 NODE_USE = (
     *_RUN,
-    Column("place", "str", "", "points or platform track"),
+    Column("place", "str", "", "points, or station and platform track"),
     Column("kind", "str", "", "points or platform"),
     Column("passings", "int64", "", "trains that came through, or stood there"),
     Column("busiest_from_s", "float64", "s", "when its busiest hour begins, after midnight"),
@@ -234,17 +234,20 @@ def _note_uses(
     front_m = place_m
     if direction is Direction.FALLING:
         front_m = line.start_m + line.end_m - place_m
-    called = {call.track for call in service.calls}
-    for passage in passages(line, service.route):
-        if passage.turnout >= 0:
-            zone_m = line.fouling_m(passage.turnout, direction)
-            key = "points", line.turnouts[passage.turnout].id
-            used.setdefault(key, []).append(_span_s(time_s, front_m, zone_m, length_m))
-        if passage.track in called:
-            track = line.track_by_id[passage.track]
-            zone_m = passage.entry_m, passage.clear_m
-            key = "platform", track.physical
-            used.setdefault(key, []).append(_span_s(time_s, front_m, zone_m, length_m))
+    zones = [
+        (
+            ("points", line.turnouts[passage.turnout].id),
+            line.fouling_m(passage.turnout, direction),
+        )
+        for passage in passages(line, service.route)
+        if passage.turnout >= 0
+    ]
+    for call in service.calls:
+        platform = line.platform_at[call.station, call.track]
+        place = f"{call.station} {line.track_by_id[call.track].physical}"
+        zones.append((("platform", place), (platform.start_m, platform.end_m)))
+    for key, zone_m in zones:
+        used.setdefault(key, []).append(_span_s(time_s, front_m, zone_m, length_m))
 
 
 def _span_s(
