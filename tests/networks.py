@@ -23,6 +23,7 @@ from kankaku.testing.toy_engine import ToyEngine
 from tests.property.runs import Observed
 
 Files = Mapping[str, str]
+Delays = Mapping[str, Mapping[str, float]]
 LENGTH_M = 100.0
 STATION = "id,name,name_local,chainage_km,lon_deg,lat_deg\n"
 DWELL = "station,minimum_dwell_s,booked_dwell_s,delay_scale\n"
@@ -249,7 +250,7 @@ def changed(files: Files, name: str, old: str, new: str) -> dict[str, str]:
     return {Path(name).stem: files[name].replace(old, new)}
 
 
-def overstays_s(world: World, **delays_s: Mapping[str, float]) -> FloatArray:
+def overstays_s(world: World, delays_s: Delays) -> FloatArray:
     """
     Return dwell delays of some trains.
 
@@ -259,6 +260,11 @@ def overstays_s(world: World, **delays_s: Mapping[str, float]) -> FloatArray:
         Line and timetable.
     delays_s
         Delay by station, by train. [s]
+
+    Returns
+    -------
+    FloatArray
+        Delay of every call. [s], shape (n_trains, n_calls_max)
     """
     found = np.zeros((world.size, world.stop_m.shape[1] - 1))
     for row, service in enumerate(world.timetable.services):
@@ -273,11 +279,11 @@ def run_network(
     *,
     controller: Controller | None = None,
     protection: str = "moving_block",
-    **delays_s: Mapping[str, float],
+    delays_s: Delays | None = None,
 ) -> tuple[RunRecord, Observed]:
     """Run a network over the plain engine; trains may overstay, by train and station. [s]"""
     world = world_of(scenario)
-    delay_s = overstays_s(world, **delays_s)
+    delay_s = overstays_s(world, delays_s or {})
     engine = Observed(ToyEngine(world, delay_s, scenario.step_s))
     spec = ControllerSpec("test", protection, operation, {}, {})
     whole = Run(world, delay_s, scenario.seed, scenario.patience_s, scenario.disruptions, LOSSLESS)

@@ -123,11 +123,11 @@ def waiting_cycle(
     Return trains that would wait for each other for ever, if there are any.
 
     Every entry of a track, and every clearing of one, is an event that comes after others: after
-    the train's own ones before it, or those of the train whose stock it takes over, after the
-    clearings that it waits for, and after those of the train ahead, because nobody passes it. As
-    long as none of them comes after itself, the first of those that have not happened yet can
-    always happen, whatever is late: there is no deadlock. It is enough, not needed: trains that
-    wait on a track are taken to stand far apart.
+    the train's own ones before it, after the clearings that it waits for, and after those of the
+    train ahead, because nobody passes it. Where stock goes on as another train, the clearing of
+    the one and the entry of the other are one event. As long as none of them comes after itself,
+    the first of those that have not happened yet can always happen, whatever is late: there is no
+    deadlock. It is enough, not needed: trains that wait on a track are taken to stand far apart.
 
     Parameters
     ----------
@@ -153,42 +153,87 @@ def waiting_cycle(
     """
     spacing_m = max(length_m.values()) + ROOM_M
     spacing_m += 2.0 * max((block.end_m - block.start_m for block in line.blocks), default=0.0)
-    after: dict[Event, list[Event]] = defaultdict(list)
-    row_of = {service.train: row for row, service in enumerate(services)}
-    for row, (service, order) in enumerate(zip(services, found, strict=True)):
-        way = passages(line, service.route)
-        last = len(way) - 1
-        for number, passage in enumerate(way):
-            enters, clears = (row, number, 0), (row, number, 1)
-            after[enters] += [(b.row, b.passage, 1) for b in order.waits[number]]
-            if number:
-                after[enters].append((row, number - 1, 0))
-            # Where the front is when the tail has left; whoever ends before that leaves the line.
-            front_m = passage.clear_m + length_m[service.train_type]
-            entered = [n for n in range(number, last + 1) if way[n].entry_m < front_m]
-            after[clears].append((row, entered[-1], 0))
-            end_m = way[number + 1].entry_m if number < last else passage.clear_m
-
-            ahead = order.ahead[number]
-            leaves, room_m = (row, number + 1, 0), 0.0
-            if number == last:
-                leaves, room_m = clears, end_m - service.calls[-1].stop_m
-            after[leaves] += _gone(found, ahead, int(room_m / spacing_m))
-            comes, room_m = enters, end_m - service.calls[0].stop_m
-            if number:
-                comes, room_m = (row, number - 1, 1), end_m - way[number - 1].clear_m - spacing_m
-            after[comes] += _gone(found, ahead, int(room_m / spacing_m))
-        if service.next_train:
-            after[row_of[service.next_train], 0, 0].append((row, last, 1))
+    after = _Waiting(line, services, found, spacing_m).after(length_m)
     return [(row, number) for row, number, _ in _cycle(after)]
 
 
-def _gone(found: Sequence[Precursors], before: Predecessor, room: int) -> list[Event]:
-    """Return the clearing of the first train ahead that there is no room for any more."""
-    for _ in range(room):
-        if before.row != NOBODY:
-            before = found[before.row].ahead[before.passage]
-    return [(before.row, before.passage, 1)] if before.row != NOBODY else []
+class _Waiting:
+    """Which events come after which."""
+
+    def __init__(
+        self,
+        line: Line,
+        services: Sequence[Service],
+        found: Sequence[Precursors],
+        spacing_m: float,
+    ) -> None:
+        self._services, self._found, self._spacing_m = services, found, spacing_m
+        self._ways = [passages(line, service.route) for service in services]
+        row_of = {service.train: row for row, service in enumerate(services)}
+        self._stock_of = {
+            row_of[service.next_train]: row
+            for row, service in enumerate(services)
+            if service.next_train
+        }
+
+    def after(self, length_m: Mapping[str, float]) -> dict[Event, list[Event]]:
+        """Return the events that each event comes after."""
+        after: dict[Event, list[Event]] = defaultdict(list)
+        for row, service in enumerate(self._services):
+            stop_m = service.calls[-1].stop_m
+            for number, passage in enumerate(self._ways[row]):
+                for event, earlier in self._of_passage(row, number):
+                    after[event].append(earlier)
+                # Where the front is when the tail has left; who ends before that leaves the line.
+                front_m = passage.clear_m + length_m[service.train_type]
+                way = self._ways[row]
+                entered = [n for n in range(number, len(way)) if way[n].entry_m < front_m]
+                after[row, number, 1].append(self._enters(row, entered[-1]))
+                if front_m > stop_m and number + 1 < len(way):
+                    after[row, number, 1].append((row, len(way) - 1, 1))
+        return {event: [one for one in ones if one != event] for event, ones in after.items()}
+
+    def _enters(self, row: int, number: int) -> Event:
+        """Return the entry of a passage; stock that is taken over enters as the one before ends."""
+        if number == 0 and row in self._stock_of:
+            stock = self._stock_of[row]
+            return stock, len(self._ways[stock]) - 1, 1
+        return row, number, 0
+
+    def _of_passage(self, row: int, number: int) -> Iterator[tuple[Event, Event]]:
+        """Yield events of a train on one track, and what each of them comes after."""
+        service, way, order = self._services[row], self._ways[row], self._found[row]
+        enters, clears, last = self._enters(row, number), (row, number, 1), len(way) - 1
+        end_m = way[number + 1].entry_m if number < last else way[number].clear_m
+        for before in order.waits[number]:
+            yield enters, (before.row, before.passage, 1)
+        if number:
+            yield enters, self._enters(row, number - 1)
+            # The tail has left the track before when the front is so far.
+            comes, front_m = (row, number - 1, 1), way[number - 1].clear_m + self._spacing_m
+        else:
+            comes, front_m = enters, service.calls[0].stop_m
+        leaves, stop_m = (row, number + 1, 0), end_m
+        if number == last:
+            leaves, stop_m = clears, service.calls[-1].stop_m
+        for event, place_m in ((comes, front_m), (leaves, stop_m)):
+            for earlier in self._gone(order.ahead[number], place_m, end_m):
+                yield event, earlier
+
+    def _gone(self, before: Predecessor, front_m: float, end_m: float) -> Iterator[Event]:
+        """Yield the clearings of trains ahead without which there is no room up to a place."""
+        room = max(int((end_m - front_m) / self._spacing_m), 0)
+        for stands in range(room + 1):
+            if before.row == NOBODY:
+                return
+            service = self._services[before.row]
+            furthest_m = end_m
+            if before.passage == len(service.route) - 1:
+                # Stock that goes on as another train keeps its place.
+                furthest_m = -np.inf if service.next_train else service.calls[-1].stop_m
+            if stands == room or furthest_m < front_m + (stands + 1) * self._spacing_m:
+                yield before.row, before.passage, 1
+            before = self._found[before.row].ahead[before.passage]
 
 
 def _cycle(after: Mapping[Event, Sequence[Event]]) -> list[Event]:

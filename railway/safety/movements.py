@@ -147,6 +147,10 @@ class Movements:
         halts = block.halting & (block.next_call[:-1] == last)
         for step, column in np.argwhere(halts).tolist():
             self._arrived_s[rows[column]] = block.time_s[step + 1]
+        # Whoever calls only once has arrived when it enters.
+        waits = block.present & (last == 0) & np.isnan(self._arrived_s[rows])
+        for column in np.flatnonzero(waits.any(axis=0)).tolist():
+            self._arrived_s[rows[column]] = block.time_s[int(np.argmax(waits[:, column]))]
         moves = (block.speed_mps[1:] > 0.0) & block.present
         for column in np.flatnonzero(moves.any(axis=0) & ~self._moved[rows]).tolist():
             row = int(rows[column])

@@ -84,7 +84,7 @@ def test_what_is_not_refused_arrives_and_nobody_meets(
         service = services[row % len(services)]
         station = service.calls[call % len(service.calls)].station
         overstays.setdefault(service.train, {})[station] = delay_s
-    record, engine = run_network(scenario, operation, **overstays)
+    record, engine = run_network(scenario, operation, delays_s=overstays)
     assert [violation.message for violation in record.violations] == []
     assert record.unfinished == ()
     assert record.completed.all()
