@@ -30,7 +30,11 @@ _EDGE_S = 120.0
 
 
 def time_distance_figure(
-    runs: Sequence[RunTables], stations: pd.DataFrame, *, title: str
+    runs: Sequence[RunTables],
+    stations: pd.DataFrame,
+    *,
+    title: str,
+    window_s: tuple[float, float] | None = None,
 ) -> Figure:
     """
     Draw the time-distance diagrams of some runs.
@@ -46,6 +50,8 @@ def time_distance_figure(
         The table ``stations``.
     title
         Title of the figure.
+    window_s
+        From when to when; everything if None. [s]
 
     Returns
     -------
@@ -63,6 +69,8 @@ def time_distance_figure(
             [run.calls[["arrival_s", "departure_s"]].to_numpy().ravel() for run in runs]
         )
         start_s, end_s = np.nanmin(times_s) - _EDGE_S, np.nanmax(times_s) + _EDGE_S
+        if window_s is not None:
+            start_s, end_s = window_s
         for index, (run, axes) in enumerate(zip(runs, panels.flat, strict=False)):
             _draw_panel(axes, run, index)
             _frame_panel(axes, served, labels=index % columns == 0)
