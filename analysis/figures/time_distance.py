@@ -73,7 +73,7 @@ def time_distance_figure(
             start_s, end_s = window_s
         for index, (run, axes) in enumerate(zip(runs, panels.flat, strict=False)):
             _draw_panel(axes, run, index)
-            _frame_panel(axes, served, labels=index % columns == 0)
+            _frame_panel(axes, served, run.calls, labels=index % columns == 0)
             clock_axis(axes, start_s, end_s)
             axes.tick_params(axis="x", labelbottom=index + columns >= len(runs))
         figure.suptitle(title, fontsize=13.0)
@@ -86,10 +86,14 @@ def time_distance_figure(
     return figure
 
 
-def _frame_panel(axes: Axes, served: pd.DataFrame, *, labels: bool) -> None:
+def _frame_panel(axes: Axes, served: pd.DataFrame, calls: pd.DataFrame, *, labels: bool) -> None:
     chainage_m = served["chainage_m"].to_numpy()
     length_m = float(np.ptp(chainage_m))
-    axes.set_ylim(chainage_m[0] - 0.02 * length_m, chainage_m[-1] + 0.03 * length_m)
+    low_m = chainage_m[0]
+    if (calls.groupby("train", sort=False)["stop_m"].diff() < 0.0).any():
+        # Trains towards lower chainage stop at the other ends of platforms.
+        low_m = min(low_m, float(calls["stop_m"].min()))
+    axes.set_ylim(low_m - 0.02 * length_m, chainage_m[-1] + 0.03 * length_m)
     station_axis(axes, served, labels=labels, gap_m=0.032 * length_m)
     axes.grid(axis="x", color="#F1F1F1", linewidth=0.6)
     axes.spines[["top", "right"]].set_visible(False)

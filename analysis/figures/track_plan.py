@@ -1,6 +1,8 @@
 """The track plan of a network: tracks, points and platforms, stretched where much is close by."""
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +13,13 @@ from kankaku.railway.plan.line import Direction, Line, Platform, Track
 from kankaku.railway.plan.routing import onward
 
 INCHES_PER_LEVEL = 0.55
+INCHES_PER_M = 0.0016
+ROW = 9000.0
+"""A row is about this long, stretches cut short. [m]"""
+CHARACTER_M = 27.0
+"""A character of a track's name is about this wide. [m]"""
+FEW_TRACKS = 12
+"""Of so few directed tracks all are named, however little room there is."""
 LONGEST_M = 400.0
 """A stretch with nothing on it is drawn no longer than this. [m]"""
 ARROWS = {(True, False): ">", (False, True): "<", (True, True): "<>"}
@@ -33,20 +42,31 @@ def track_plan_figure(line: Line, *, window_m: tuple[float, float] | None = None
     Figure
         Chainage from left to right, the left track of rising trains on top; not to scale.
     """
-    tracks = [t for t in line.network if _inside(line, t, window_m)]
-    scale = _Scale(line, tracks)
-    levels = [track.across for track in tracks]
+    whole = _Scale(line, [t for t in line.network if _inside(line, t, window_m)])
+    rows = max(round(whole.length / ROW), 1)
+    windows_m = whole.cut(rows)
+    levels = [track.across for track in line.network]
     height = INCHES_PER_LEVEL * (max(levels) - min(levels) + 3.2)
-    figure = Figure(figsize=(min(max(0.011 * scale.length, 6.0), 16.0), height))
-    axes = figure.add_subplot()
+    width = min(max(INCHES_PER_M * whole.length / rows, 6.0), 16.0)
+    figure = Figure(figsize=(width, height * rows))
+    panels = figure.subplots(rows, 1, squeeze=False)[:, 0]
+    for axes, row_m in zip(panels, windows_m, strict=True):
+        _draw_row(axes, line, row_m, (min(levels), max(levels)))
+    figure.tight_layout(pad=0.2)
+    return figure
+
+
+def _draw_row(
+    axes: Axes, line: Line, window_m: tuple[float, float], levels: tuple[float, float]
+) -> None:
+    tracks = [track for track in line.network if _inside(line, track, window_m)]
+    scale = _Scale(line, tracks, window_m)
     _draw_tracks(axes, line, tracks, scale)
     _draw_points(axes, line, tracks, scale)
     _draw_platforms(axes, line, tracks, scale)
-    axes.set_ylim(max(levels) + 1.5, min(levels) - 1.4)
+    axes.set_ylim(levels[1] + 1.5, levels[0] - 1.4)
     axes.set_xlim(-0.02 * scale.length, 1.02 * scale.length)
     axes.set_axis_off()
-    figure.tight_layout(pad=0.2)
-    return figure
 
 
 def _inside(line: Line, track: Track, window_m: tuple[float, float] | None) -> bool:
@@ -68,7 +88,9 @@ def _ends_m(
 class _Scale:
     """Places on the drawing by chainage: long stretches with nothing on them are cut short."""
 
-    def __init__(self, line: Line, tracks: Sequence[Track]) -> None:
+    def __init__(
+        self, line: Line, tracks: Sequence[Track], window_m: tuple[float, float] | None = None
+    ) -> None:
         places = {place_m for track in tracks for place_m in _ends_m(line, track)}
         places |= {
             place_m
@@ -81,10 +103,19 @@ class _Scale:
             if platform.track in named:
                 falling = named[platform.track].direction is Direction.FALLING
                 places |= set(_ends_m(line, platform, falling=falling))
+        if window_m is not None:
+            # A track that leaves the window ends at its edge.
+            places = {place_m for place_m in places if window_m[0] < place_m < window_m[1]}
+            places |= set(window_m)
         self._places_m = np.array(sorted(places))
         drawn = np.minimum(np.diff(self._places_m), LONGEST_M)
         self._at = np.concatenate([[0.0], np.cumsum(drawn)])
         self.length = float(self._at[-1])
+
+    def cut(self, rows: int) -> list[tuple[float, float]]:
+        """Return chainages between which rows of equal length lie. [m]"""
+        cuts = np.interp(np.linspace(0.0, self.length, rows + 1), self._at, self._places_m)
+        return list(pairwise(cuts.tolist()))
 
     def __call__(self, place_m: float) -> float:
         return float(np.interp(place_m, self._places_m, self._at))
@@ -110,16 +141,12 @@ def _draw_tracks(axes: Axes, line: Line, tracks: Sequence[Track], scale: _Scale)
             axes.plot([scale(end_m)] * 2, track.across + np.array([-0.18, 0.18]), color=TRACK)
         directions = {one.direction for one in both}
         arrow = ARROWS[Direction.RISING in directions, Direction.FALLING in directions]
-        middle = 0.5 * (scale(from_m) + scale(to_m))
-        axes.text(
-            middle,
-            track.across + 0.34,
-            f"{name} {arrow}",
-            ha="center",
-            va="center",
-            fontsize=6.5,
-            color="#666666",
-        )
+        left, right = scale(from_m), scale(to_m)
+        label = f"{name} {arrow}"
+        if right - left > CHARACTER_M * len(label) or len(tracks) < FEW_TRACKS:
+            place = 0.5 * (left + right), track.across + 0.34
+            words: Any = {"ha": "center", "va": "center", "fontsize": 6.0, "color": "#666666"}
+            axes.text(*place, label, **words)
 
 
 def _goes_on(line: Line, node: str) -> bool:
@@ -163,6 +190,9 @@ def _draw_platforms(axes: Axes, line: Line, tracks: Sequence[Track], scale: _Sca
         start_m, end_m = _ends_m(line, platform, falling=falling)
         stop_m = line.mirrored_m(platform.stop_m) if falling else platform.stop_m
         left, right = scale(start_m), scale(end_m)
+        if right - left < 0.5 * (end_m - start_m):
+            # It lies in another row.
+            continue
         corner = left, track.across - 0.3
         axes.add_patch(Rectangle(corner, right - left, 0.16, color=PLATFORM, lw=0.0))
         axes.plot([scale(stop_m)] * 2, track.across + np.array([-0.12, 0.12]), color=TRACK, lw=0.8)

@@ -1,7 +1,7 @@
 """How much of their busiest hour points and platform tracks of a network are occupied."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,7 @@ import pandas as pd
 from kankaku.analysis.tables.columns import by_train, rows_frame
 from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.plan.line import Direction
+from kankaku.railway.plan.line import Direction, Line
 from kankaku.railway.plan.passing import passages
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.timetable import Service
@@ -21,7 +21,7 @@ NODE_USE = (
     Column("controller", "str", "", "name of the controller"),
     Column("seed", "int64", "", "seed of the dwell delays"),
     Column("kind", "str", "", "points or platform"),
-    Column("place", "str", "", "points, or track with a platform"),
+    Column("place", "str", "", "points, or name of a station and physical track"),
     Column("passings", "int64", "", "how often stock came there; who turns back came once"),
     Column(
         "occupied_s", "float64", "s", "from fronts that enter to tails that have cleared, all day"
@@ -38,7 +38,7 @@ NODE_USE = (
 
 
 class Place(NamedTuple):
-    """Points or a track with a platform."""
+    """Points, or the part of a track beside a platform."""
 
     kind: str
     name: str
@@ -78,7 +78,7 @@ def node_use_frame(scenario: Scenario, runs: Sequence[RunTables]) -> pd.DataFram
     """
     Return how much points and platform tracks are used, as UIC 406 counts it.
 
-    What counts is that a train is there. The time for which a route is kept before that, which
+    What counts is that a train is in the fouling section of points, or beside a platform. The time for which a route is kept before that, which
     depends on the protection, is not in it.
 
     Parameters
@@ -154,26 +154,37 @@ def _note_stays(
     found: dict[Place, list[_Stay]],
 ) -> None:
     """Note the stays of a train; its stock was where it begins until ``stock_s``, or is new."""
-    line, length_m = scenario.line, scenario.train_types[service.train_type].length_m
-    direction = line.track_by_id[service.route[0]].direction
-    with_platform = {line.track_by_id[platform.track].place for platform in line.platforms}
+    length_m = scenario.train_types[service.train_type].length_m
+    first = service.calls[0]
+    begins_at = _platform(scenario.line, first.station, first.track)
     last_s = float(trace.time_s[-1])
-    for number, passage in enumerate(passages(line, service.route)):
-        zones = []
+    for place, (start_m, end_m) in _zones(scenario.line, service):
+        takes_over = place == begins_at and np.isfinite(stock_s) and start_m < first.stop_m <= end_m
+        start_s = stock_s if takes_over else trace.reaches_s(start_m)
+        if np.isnan(start_s):
+            continue
+        cleared_s = trace.reaches_s(end_m + length_m)
+        end_s = last_s if np.isnan(cleared_s) else cleared_s
+        found[place].append(_Stay(start_s, end_s, comes=not takes_over))
+
+
+def _zones(line: Line, service: Service) -> Iterator[tuple[Place, tuple[float, float]]]:
+    """Yield the points and platforms on the way of a train, and from where to where they lie."""
+    for passage in passages(line, service.route):
         if passage.turnout >= 0:
+            direction = line.track_by_id[passage.track].direction
             points = Place("points", line.turnouts[passage.turnout].id)
-            zones.append((points, line.fouling_m(passage.turnout, direction)))
-        track = line.track_by_id[passage.track].place
-        if track in with_platform:
-            zones.append((Place("platform", track), (passage.entry_m, passage.clear_m)))
-        for place, (entry_m, clear_m) in zones:
-            takes_over = number == 0 and np.isfinite(stock_s)
-            start_s = stock_s if takes_over else trace.reaches_s(entry_m)
-            if np.isnan(start_s):
-                continue
-            cleared_s = trace.reaches_s(clear_m + length_m)
-            end_s = last_s if np.isnan(cleared_s) else cleared_s
-            found[place].append(_Stay(start_s, end_s, comes=not takes_over))
+            yield points, line.fouling_m(passage.turnout, direction)
+        for platform in line.platforms:
+            if platform.track == passage.track:
+                place = _platform(line, platform.station, platform.track)
+                yield place, (platform.start_m, platform.end_m)
+
+
+def _platform(line: Line, station: str, track: str) -> Place:
+    """Return a platform track; of a ring that is cut there, the same at both ends."""
+    name = f"{line.station_by_id[station].name} {line.track_by_id[track].place}"
+    return Place("platform", name)
 
 
 def busiest_hour_s(spans_s: FloatArray) -> tuple[float, float, float]:
