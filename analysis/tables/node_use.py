@@ -78,8 +78,8 @@ def node_use_frame(scenario: Scenario, runs: Sequence[RunTables]) -> pd.DataFram
     """
     Return how much points and platform tracks are used, as UIC 406 counts it.
 
-    What counts is that a train is in the fouling section of points, or beside a platform. The time for which a route is kept before that, which
-    depends on the protection, is not in it.
+    What counts is that a train is in the fouling section of points, or beside a platform. The
+    time for which a route is kept before that, which depends on the protection, is not in it.
 
     Parameters
     ----------
