@@ -28,6 +28,8 @@ STUDY_RESULTS = Kind(
     texts=("report.md",),
     elsewhere=frozenset(RAW_TABLES),
 )
+AROUND_S = 1800.0
+"""Of a network, a close look takes no more than this before and after. [s]"""
 
 
 class Findings(NamedTuple):
@@ -144,7 +146,7 @@ def _figures(
     """Return the figures by name; the first two show the drawn runs, the others those shown."""
     # Here, because matplotlib takes half a second that not every command needs.
     from kankaku.analysis.figures.time_distance import time_distance_figure  # noqa: PLC0415
-    from kankaku.analysis.figures.zoom import AFTER_S, BEFORE_S, zoom_figure  # noqa: PLC0415
+    from kankaku.analysis.figures.zoom import zoom_figure  # noqa: PLC0415
 
     figures: dict[str, Draw] = {}
     title = scenario.title
@@ -162,7 +164,7 @@ def _figures(
     if (worst := worst_moment(shown[0])) is not None:
         close = shown
         if scenario.line.network:
-            close_s = worst.start_s - BEFORE_S, worst.end_s + AFTER_S
+            close_s = worst.start_s - AROUND_S, worst.end_s + AROUND_S
             close = [within(run, close_s) for run in shown]
         figures["zoom"] = partial(zoom_figure, close, stations)
     if scenario.line.network:

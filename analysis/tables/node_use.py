@@ -209,9 +209,8 @@ def busiest_hour_s(spans_s: FloatArray) -> tuple[float, float, float]:
     starts_s = np.maximum(starts_s, np.concatenate([[-np.inf], reached_s[:-1]]))
     edges_s = np.column_stack([starts_s, np.maximum(starts_s, ends_s)]).ravel()
     passed_s = np.cumsum(np.diff(edges_s, prepend=edges_s[0]) * (np.arange(edges_s.size) % 2))
-    # The sum of an hour is greatest where it begins with a train, or ends with one.
-    first_s = np.unique(np.maximum(np.concatenate([starts_s, ends_s - HOUR_S]), edges_s[0]))
-    until_s, from_s = (np.interp(first_s + at_s, edges_s, passed_s) for at_s in (HOUR_S, 0.0))
+    # Where most is occupied, an hour can begin with a train.
+    until_s, from_s = (np.interp(starts_s + at_s, edges_s, passed_s) for at_s in (HOUR_S, 0.0))
     within_s = np.round(until_s - from_s, 6)
     best = int(np.argmax(within_s))
-    return float(first_s[best]), float(within_s[best]), float(passed_s[-1])
+    return float(starts_s[best]), float(within_s[best]), float(passed_s[-1])

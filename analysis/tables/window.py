@@ -33,7 +33,7 @@ def busiest_window_s(calls: pd.DataFrame) -> tuple[float, float] | None:
     first_s, last_s = float(booked_s[0]), float(booked_s[-1])
     if last_s - first_s <= LONGEST_S:
         return None
-    starts_s = np.arange(np.floor(first_s / STEP_S) * STEP_S, last_s - WINDOW_S + STEP_S, STEP_S)
+    starts_s = np.unique(STEP_S * np.floor(booked_s / STEP_S))
     before, until = (np.searchsorted(booked_s, starts_s + at_s) for at_s in (0.0, WINDOW_S))
     start_s = float(starts_s[int(np.argmax(until - before))])
     return start_s, start_s + WINDOW_S
