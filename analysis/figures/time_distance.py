@@ -1,7 +1,6 @@
 """The time-distance diagram (ダイヤ) of every controller, one panel each."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -27,14 +26,15 @@ from kankaku.analysis.words import label_of
 
 PANEL_WIDTH_IN = 7.0
 PANEL_HEIGHT_IN = 4.3
-LONGEST_S = 6.0 * 3600.0
-"""Of a longer day only the busiest hours are drawn. [s]"""
-BUSIEST_S = 2.0 * 3600.0
 _EDGE_S = 120.0
 
 
 def time_distance_figure(
-    runs: Sequence[RunTables], stations: pd.DataFrame, *, title: str
+    runs: Sequence[RunTables],
+    stations: pd.DataFrame,
+    *,
+    title: str,
+    window_s: tuple[float, float] | None = None,
 ) -> Figure:
     """
     Draw the time-distance diagrams of some runs.
@@ -50,6 +50,8 @@ def time_distance_figure(
         The table ``stations``.
     title
         Title of the figure.
+    window_s
+        From when to when; everything if None. [s]
 
     Returns
     -------
@@ -67,10 +69,8 @@ def time_distance_figure(
             [run.calls[["arrival_s", "departure_s"]].to_numpy().ravel() for run in runs]
         )
         start_s, end_s = np.nanmin(times_s) - _EDGE_S, np.nanmax(times_s) + _EDGE_S
-        if end_s - start_s > LONGEST_S:
-            start_s, end_s = _busiest_s(runs[0].calls)
-            runs = [_within(run, start_s, end_s) for run in runs]
-            title += f", busiest {BUSIEST_S / 3600.0:g} hours"
+        if window_s is not None:
+            start_s, end_s = window_s
         for index, (run, axes) in enumerate(zip(runs, panels.flat, strict=False)):
             _draw_panel(axes, run, index)
             _frame_panel(axes, served, run.calls, labels=index % columns == 0)
@@ -84,26 +84,6 @@ def time_distance_figure(
         if not spare:
             figure.legend(handles=_legend(), loc="outside lower center", ncols=4)
     return figure
-
-
-def _busiest_s(calls: pd.DataFrame) -> tuple[float, float]:
-    """Return the window in which most trains are booked to arrive. [s]"""
-    times_s = np.sort(calls["booked_arrival_s"].to_numpy())
-    inside = np.searchsorted(times_s, times_s + BUSIEST_S) - np.arange(times_s.size)
-    begin_s = 60.0 * np.floor(times_s[int(inside.argmax())] / 60.0)
-    return float(begin_s), float(begin_s + BUSIEST_S)
-
-
-def _within(run: RunTables, start_s: float, end_s: float) -> RunTables:
-    """Return the part of a run that is between two times; its totals are those of the part."""
-    calls, samples, stops = run.calls, run.trajectory, run.interstation_stops
-    trains = samples[samples["time_s"].between(start_s, end_s)]["train"].unique()
-    return replace(
-        run,
-        calls=calls[calls["train"].isin(trains)],
-        trajectory=samples[samples["time_s"].between(start_s - _EDGE_S, end_s + _EDGE_S)],
-        interstation_stops=stops[stops["start_s"].between(start_s, end_s)],
-    )
 
 
 def _frame_panel(axes: Axes, served: pd.DataFrame, calls: pd.DataFrame, *, labels: bool) -> None:
