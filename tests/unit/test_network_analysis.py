@@ -31,7 +31,7 @@ def scenario(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
 @pytest.fixture(scope="module")
 def late(scenario: Scenario) -> RunTables:
     """Return a run in which r1 overstays where it begins; f1 goes on with its stock."""
-    return run_tables(run_network(scenario, r1={"a": LATE_S})[0])
+    return run_tables(run_network(scenario, delays_s={"r1": {"a": LATE_S}})[0])
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ def test_tracks_are_physical_and_change_at_the_points(late: RunTables) -> None:
 
 def test_stops_between_stations_are_told_by_chainage(tmp_path: Path) -> None:
     scenario = network(tmp_path, TERMINAL)
-    stops = run_tables(run_network(scenario, f1={"a": 400.0})[0]).interstation_stops
+    stops = run_tables(run_network(scenario, delays_s={"f1": {"a": 400.0}})[0]).interstation_stops
     (stop,) = of(stops, "f2").to_dict("records")
     # f1 stands at the platform with its tail at km 0; f2 comes from above.
     assert 0.0 < stop["front_m"] < 100.0
@@ -189,7 +189,7 @@ def test_a_network_is_published_with_its_own_tables_and_figures(
 def ended_early(scenario: Scenario, train: str, station: str) -> dict[str, tuple[str, str, str]]:
     """Return what is told of whom had not finished when a train overstayed for ever."""
     late_s: dict[str, Any] = {train: {station: 1e4}}
-    record, _ = run_network(scenario, **late_s)
+    record, _ = run_network(scenario, delays_s=late_s)
     trains = record.world.timetable.trains
     return {trains[one.row]: (one.cause, one.by, one.sentence) for one in record.unfinished}
 
