@@ -12,7 +12,7 @@ from kankaku.analysis.publish.study_publishing import publish
 from kankaku.analysis.results import read_results, stations_frame
 from kankaku.analysis.saved_run import SavedRun, Trip
 from kankaku.analysis.tables.network_tables import NETWORK_TABLES, network_tables
-from kankaku.analysis.tables.node_use import Trace, busiest_hour_s
+from kankaku.analysis.tables.node_use import Trail, busiest_hour_s
 from kankaku.analysis.tables.run_tables import RunTables, run_tables, write_run
 from kankaku.analysis.tables.window import busiest_window_s, within
 from kankaku.railway.plan.scenario import Scenario
@@ -120,7 +120,7 @@ def test_stock_that_turns_back_came_to_its_platform_once(
 
 
 def test_a_place_between_samples_is_interpolated() -> None:
-    trace = Trace(np.array([0.0, 1.0, 2.0, 5.0]), np.array([10.0, 20.0, 40.0, 40.0]))
+    trace = Trail(np.array([0.0, 1.0, 2.0, 5.0]), np.array([10.0, 20.0, 40.0, 40.0]))
     assert [trace.reaches_s(m) for m in (5.0, 15.0, 25.0, 40.0)] == [0.0, 0.5, 1.25, 2.0]
     assert np.isnan(trace.reaches_s(41.0))
 
