@@ -21,7 +21,8 @@ class Leaders:
     cleared. Points through which another train goes first, from or to another track, are
     not granted: the way ends at their fouling point, also for a train that still follows
     somebody else. So does the way before a track of a network that a train of the other direction
-    has to leave first, and before points that have to be thrown. Only a tail that leaves a track
+    has to leave first, and before points that have to be thrown, and behind the place where a train
+    that goes first will begin. Only a train that enters, a tail that leaves a track
     changes anything, and the end of a throw, so between those events the arrays stand still.
     """
 
@@ -34,12 +35,14 @@ class Leaders:
         self._dependents = [set[int]() for _ in range(world.size)]
         for row, order in enumerate(world.orders):
             for before in (*order.ahead, *(one for waits in order.waits for one in waits)):
-                if before.row >= 0:
-                    self._dependents[before.row].add(row)
+                self._depend(row, before)
+        self._entered = [self._asks_all] * world.size
         points = world.line.turnouts
         self._throw_s = [turnout.throw_s + turnout.proof_s for turnout in points]
         self._at = [0] * world.size
         """The passage that each train's tail has not left yet."""
+        self._origin_m = world.stop_m[:, 0] - world.length_m
+        """Where tails are when trains enter. [m]"""
         self._left_s: dict[Predecessor, float] = {}
         """When passages were left that somebody waits for."""
         self._thrown: dict[int, float] = {}
@@ -53,6 +56,14 @@ class Leaders:
         self.leader: IntArray = np.full(size, -1, dtype=np.intp)
         self.next_clear_m: FloatArray = np.array([way[0].clear_m for way in self._ways])
         self._follow(range(size), -np.inf)
+
+    def _depend(self, row: int, before: Predecessor) -> None:
+        """Note on whom a train depends: on those before a train that begins there, too."""
+        while before.row >= 0:
+            self._dependents[before.row].add(row)
+            if self._asks_all or before.passage > 0:
+                return
+            before = self._ahead[before.row][0]
 
     def _follow(self, rows: Iterable[int], time_s: float) -> None:
         for row in rows:
@@ -72,17 +83,28 @@ class Leaders:
             if blocker is not None:
                 self._end(row, number, blocker)
                 return
-            ahead, passage = befores[number]
-            if ahead < 0 or self._at[ahead] > passage:
-                continue
-            same_way = number == 0 or befores[number - 1].row == ahead
-            granted = same_way or self._at[ahead] == passage
-            if leader < 0:
-                self.leader[row] = leader = ahead
-                self.follows[row] = granted
-            if not granted:
-                self._end(row, number, ahead)
+            (ahead, passage), expected = self._ahead_now(befores[number])
+            if ahead >= 0 and self._at[ahead] <= passage:
+                same_way = number == 0 or befores[number - 1].row == ahead
+                granted = same_way or self._at[ahead] == passage
+                if leader < 0:
+                    self.leader[row] = leader = ahead
+                    self.follows[row] = granted
+                if not granted:
+                    self._end(row, number, ahead)
+                    return
+            if expected >= 0:
+                self.granted_to_m[row] = self._origin_m[expected]
+                self.granted_by[row] = expected
                 return
+
+    def _ahead_now(self, before: Predecessor) -> tuple[Predecessor, int]:
+        """Return the train ahead on a track, and the next one that will begin in between."""
+        expected = -1
+        while before.row >= 0 and before.passage == 0 and not self._entered[before.row]:
+            expected = before.row if expected < 0 else expected
+            before = self._ahead[before.row][0]
+        return before, expected
 
     def _end(self, row: int, number: int, by: int) -> None:
         """End the way of a train before a passage."""
@@ -107,6 +129,26 @@ class Leaders:
             return None
         self._thrown[row] = ready_s
         return last
+
+    def enter(self, rows: Iterable[int], time_s: float) -> None:
+        """
+        Let trains be followed that begin on the way of others.
+
+        Parameters
+        ----------
+        rows
+            Trains that enter. In a network those behind them followed whoever was before them so
+            far, and kept out of their places.
+        time_s
+            Now. [s]
+        """
+        if self._asks_all:
+            return
+        concerned = set[int]()
+        for row in rows:
+            self._entered[row] = True
+            concerned |= self._dependents[row]
+        self._follow(concerned, time_s)
 
     def clear(self, rows: IntArray, time_s: float) -> None:
         """
@@ -152,8 +194,7 @@ class Leaders:
                 for number, (ahead, passage) in enumerate(befores):
                     if ahead == row:
                         befores[number] = self._ahead[row][passage]
-                        if befores[number].row >= 0:
-                            self._dependents[befores[number].row].add(other)
+                        self._depend(other, befores[number])
         self._follow({row, *behind}, time_s)
 
     def thrown(self, time_s: float) -> bool:
