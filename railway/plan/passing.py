@@ -5,9 +5,11 @@ In which order they pass it is said in :mod:`kankaku.railway.plan.turns`.
 """
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 from typing import NamedTuple, TypeAlias
+
+import numpy as np
 
 from kankaku.railway.plan.line import Direction, Line, Track
 from kankaku.railway.plan.timetable import Service
