@@ -27,6 +27,8 @@ from kankaku.analysis.words import label_of
 PANEL_WIDTH_IN = 7.0
 PANEL_HEIGHT_IN = 4.3
 _EDGE_S = 120.0
+_LABEL = 0.032
+"""Height of a station's name in a panel of that height. [-]"""
 
 
 def time_distance_figure(
@@ -60,11 +62,13 @@ def time_distance_figure(
     """
     columns = 1 if len(runs) == 1 else 2
     lines = -(-len(runs) // columns)
-    size = (1.3 + PANEL_WIDTH_IN * columns, 1.2 + PANEL_HEIGHT_IN * lines)
+    served = stations[stations["station"].isin(runs[0].calls["station"])]
+    # With more stations than names fit beside a panel it is higher.
+    tall = max(_LABEL * len(served), 1.0)
+    size = (1.3 + PANEL_WIDTH_IN * columns, 1.2 + PANEL_HEIGHT_IN * lines * tall)
     with style():
         figure = Figure(figsize=size, layout="constrained")
         panels = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
-        served = stations[stations["station"].isin(runs[0].calls["station"])]
         times_s = np.concatenate(
             [run.calls[["arrival_s", "departure_s"]].to_numpy().ravel() for run in runs]
         )
@@ -73,7 +77,7 @@ def time_distance_figure(
             start_s, end_s = window_s
         for index, (run, axes) in enumerate(zip(runs, panels.flat, strict=False)):
             _draw_panel(axes, run, index)
-            _frame_panel(axes, served, run.calls, labels=index % columns == 0)
+            _frame_panel(axes, served, run.calls, labels=index % columns == 0, gap=_LABEL / tall)
             clock_axis(axes, start_s, end_s)
             axes.tick_params(axis="x", labelbottom=index + columns >= len(runs))
         figure.suptitle(title, fontsize=13.0)
@@ -86,7 +90,9 @@ def time_distance_figure(
     return figure
 
 
-def _frame_panel(axes: Axes, served: pd.DataFrame, calls: pd.DataFrame, *, labels: bool) -> None:
+def _frame_panel(
+    axes: Axes, served: pd.DataFrame, calls: pd.DataFrame, *, labels: bool, gap: float
+) -> None:
     chainage_m = served["chainage_m"].to_numpy()
     length_m = float(np.ptp(chainage_m))
     low_m = chainage_m[0]
@@ -94,7 +100,7 @@ def _frame_panel(axes: Axes, served: pd.DataFrame, calls: pd.DataFrame, *, label
         # Trains towards lower chainage stop at the other ends of platforms.
         low_m = min(low_m, float(calls["stop_m"].min()))
     axes.set_ylim(low_m - 0.02 * length_m, chainage_m[-1] + 0.03 * length_m)
-    station_axis(axes, served, labels=labels, gap_m=0.032 * length_m)
+    station_axis(axes, served, labels=labels, gap_m=gap * length_m)
     axes.grid(axis="x", color="#F1F1F1", linewidth=0.6)
     axes.spines[["top", "right"]].set_visible(False)
 

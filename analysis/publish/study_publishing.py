@@ -157,7 +157,7 @@ def _figures(
     seen = shown
     if window_s is not None:
         seen = [within(run, window_s) for run in shown]
-        title += f"; {clock(window_s[0])} to {clock(window_s[1])}, the busiest two hours"
+        title += f"\n{clock(window_s[0])} to {clock(window_s[1])}, the busiest two hours"
     figures["time_distance"] = partial(
         time_distance_figure, seen, stations, title=title, window_s=window_s
     )
