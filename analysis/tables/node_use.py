@@ -44,7 +44,7 @@ class Place(NamedTuple):
     name: str
 
 
-class Trace(NamedTuple):
+class Trail(NamedTuple):
     """Samples of a train in the coordinate of its route; arrays of shape (n_samples,)."""
 
     time_s: FloatArray
@@ -135,7 +135,7 @@ def _stays(scenario: Scenario, run: RunTables) -> Mapping[Place, list[_Stay]]:
         time_s, front_m = traces[service.train]
         if _falls(scenario, service):
             front_m = scenario.line.start_m + scenario.line.end_m - front_m
-        trace = Trace(time_s, np.maximum.accumulate(front_m))
+        trace = Trail(time_s, np.maximum.accumulate(front_m))
         before = stock_of.get(service.train)
         stock_s = float(traces[before][0][-1]) if before in traces else np.nan
         _note_stays(scenario, service, trace, stock_s, found)
@@ -149,7 +149,7 @@ def _falls(scenario: Scenario, service: Service) -> bool:
 def _note_stays(
     scenario: Scenario,
     service: Service,
-    trace: Trace,
+    trace: Trail,
     stock_s: float,
     found: dict[Place, list[_Stay]],
 ) -> None:

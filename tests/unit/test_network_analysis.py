@@ -1,7 +1,6 @@
 """Tables, texts and figures of networks: chainage, directions, turn-backs, use of nodes."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,7 +11,7 @@ from kankaku.analysis.publish.study_publishing import publish
 from kankaku.analysis.results import read_results, stations_frame
 from kankaku.analysis.saved_run import SavedRun, Trip
 from kankaku.analysis.tables.network_tables import NETWORK_TABLES, network_tables
-from kankaku.analysis.tables.node_use import Trace, busiest_hour_s
+from kankaku.analysis.tables.node_use import Trail, busiest_hour_s
 from kankaku.analysis.tables.run_tables import RunTables, run_tables, write_run
 from kankaku.analysis.tables.window import busiest_window_s, within
 from kankaku.railway.plan.scenario import Scenario
@@ -31,7 +30,7 @@ def scenario(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
 @pytest.fixture(scope="module")
 def late(scenario: Scenario) -> RunTables:
     """Return a run in which r1 overstays where it begins; f1 goes on with its stock."""
-    return run_tables(run_network(scenario, r1={"a": LATE_S})[0])
+    return run_tables(run_network(scenario, delays_s={"r1": {"a": LATE_S}})[0])
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +64,7 @@ def test_tracks_are_physical_and_change_at_the_points(late: RunTables) -> None:
 
 def test_stops_between_stations_are_told_by_chainage(tmp_path: Path) -> None:
     scenario = network(tmp_path, TERMINAL)
-    stops = run_tables(run_network(scenario, f1={"a": 400.0})[0]).interstation_stops
+    stops = run_tables(run_network(scenario, delays_s={"f1": {"a": 400.0}})[0]).interstation_stops
     (stop,) = of(stops, "f2").to_dict("records")
     # f1 stands at the platform with its tail at km 0; f2 comes from above.
     assert 0.0 < stop["front_m"] < 100.0
@@ -120,7 +119,7 @@ def test_stock_that_turns_back_came_to_its_platform_once(
 
 
 def test_a_place_between_samples_is_interpolated() -> None:
-    trace = Trace(np.array([0.0, 1.0, 2.0, 5.0]), np.array([10.0, 20.0, 40.0, 40.0]))
+    trace = Trail(np.array([0.0, 1.0, 2.0, 5.0]), np.array([10.0, 20.0, 40.0, 40.0]))
     assert [trace.reaches_s(m) for m in (5.0, 15.0, 25.0, 40.0)] == [0.0, 0.5, 1.25, 2.0]
     assert np.isnan(trace.reaches_s(41.0))
 
@@ -188,8 +187,8 @@ def test_a_network_is_published_with_its_own_tables_and_figures(
 
 def ended_early(scenario: Scenario, train: str, station: str) -> dict[str, tuple[str, str, str]]:
     """Return what is told of whom had not finished when a train overstayed for ever."""
-    late_s: dict[str, Any] = {train: {station: 1e4}}
-    record, _ = run_network(scenario, **late_s)
+    late_s = {train: {station: 1e4}}
+    record, _ = run_network(scenario, delays_s=late_s)
     trains = record.world.timetable.trains
     return {trains[one.row]: (one.cause, one.by, one.sentence) for one in record.unfinished}
 
