@@ -175,6 +175,7 @@ class Tracker:
             self._present[row] = self._running[row] = False
             self.completed[row] = True
             self._unfinished -= 1
+        self._leaders.enter(seen.entered, seen.time_s)
         self._find_leaders(seen.left, cleared, seen.time_s)
         return Events(
             seen.entered,

@@ -223,11 +223,14 @@ class _Waiting:
                 yield event, earlier
 
     def _gone(self, before: Predecessor, front_m: float, end_m: float) -> Iterator[Event]:
-        """Yield the clearings of trains ahead without which there is no room up to a place."""
+        """Yield what trains ahead have to do before there is room up to a place."""
         room = max(int((end_m - front_m) / self._spacing_m), 0)
         for stands in range(room + 1):
             if before.row == NOBODY:
                 return
+            if before.passage == 0:
+                # Until it is there, its place is kept.
+                yield self._enters(before.row, 0)
             service = self._services[before.row]
             furthest_m = end_m
             if before.passage == len(service.route) - 1:

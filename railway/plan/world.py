@@ -131,9 +131,15 @@ class World:
         """
         if not self.line.network:
             return ((),) * self.size
-        found = []
+        found, origin_m = [], self.stop_m[:, 0] - self.length_m
         for row, order in enumerate(self.orders):
-            before = {one for one in (order.ahead[0], *order.waits[0]) if one.row >= 0}
+            ahead = order.ahead[0]
+            # Who begins further on is not in the way, but who was before it may be.
+            while (
+                ahead.row >= 0 and ahead.passage == 0 and origin_m[ahead.row] >= self.stop_m[row, 0]
+            ):
+                ahead = self.orders[ahead.row].ahead[0]
+            before = {one for one in (ahead, *order.waits[0]) if one.row >= 0}
             stock = int(self.stock_from[row])
             if stock >= 0:
                 before = {one for one in before if one.row != stock}

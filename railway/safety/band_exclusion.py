@@ -292,12 +292,15 @@ def free_in_network_m(
     for train in range(tail_m.size):
         for number in range(ways.ahead.shape[1]):
             ahead, at = ways.ahead[train, number], ways.ahead_at[train, number]
-            # Nobody passes another on a track: behind who is gone comes who was before it.
-            while ahead >= 0 and gone[ahead]:
+            # Nobody passes another on a track: behind who is gone comes who was before it, and
+            # maybe also behind who begins on the track and has not come yet.
+            while ahead >= 0:
+                if not gone[ahead] and tail_m[ahead] < ways.clear_m[ahead, at]:
+                    bound_m = max(tail_m[ahead], ways.entry_m[train, number])
+                    free_m[train] = min(free_m[train], bound_m)
+                if not gone[ahead] and at > 0:
+                    break
                 ahead, at = ways.ahead[ahead, at], ways.ahead_at[ahead, at]
-            if ahead >= 0 and tail_m[ahead] < ways.clear_m[ahead, at]:
-                bound_m = max(tail_m[ahead], ways.entry_m[train, number])
-                free_m[train] = min(free_m[train], bound_m)
     return free_m
 
 

@@ -1,13 +1,13 @@
 """Who follows whom: kept by events, read as arrays."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
 from kankaku.railway.plan.line import Line
-from kankaku.railway.plan.passing import Precursors, Predecessor
+from kankaku.railway.plan.passing import NO_PREDECESSOR, Precursors, Predecessor
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import NOTHING, beside
 from kankaku.railway.wayside.first_come import ASK_M, FirstCome
@@ -22,9 +22,10 @@ class Leaders:
     cleared. Points through which another train goes first, from or to another track, are
     not granted: the way ends at their fouling point, also for a train that still follows
     somebody else. So does the way before a track of a network that a train of the other direction
-    has to leave first, and before points that have to be thrown. Only a tail that leaves a track
-    changes anything, the end of a throw, and a train that asks for its way where turns go to who
-    comes first; between those events the arrays stand still.
+    has to leave first, before points that have to be thrown, and behind the place where a train
+    that goes first will begin. Only a train that enters, or asks for its way where turns go to who
+    comes first, a tail that leaves a track, and the end of a throw change anything, so between
+    those events the arrays stand still.
     """
 
     def __init__(self, world: World) -> None:
@@ -34,10 +35,12 @@ class Leaders:
         self._waits = [order.waits for order in world.orders]
         self._asks_all = not world.line.network
         self._dependents = [set[int]() for _ in range(world.size)]
+        self._entered = [self._asks_all] * world.size
+        self._gone = [False] * world.size
+        self._leaves_at_stop = world.leaves_at_stop.tolist()
         for row, order in enumerate(world.orders):
             for before in (*order.ahead, *(one for waits in order.waits for one in waits)):
-                if before.row >= 0:
-                    self._dependents[before.row].add(row)
+                self._depend(row, before)
         points = world.line.turnouts
         self._first_come = FirstCome(world) if world.line.first_come else None
         self._asked = [0 if world.line.first_come else len(way) for way in self._ways]
@@ -47,8 +50,8 @@ class Leaders:
         self._throw_s = [turnout.throw_s + turnout.proof_s for turnout in points]
         self._at = [0] * world.size
         """The passage that each train's tail has not left yet."""
-        self._gone = [False] * world.size
-        self._leaves_at_stop = world.leaves_at_stop.tolist()
+        self._origin_m = world.stop_m[:, 0] - world.length_m
+        """Where tails are when trains enter. [m]"""
         self._left_s: dict[Predecessor, float] = {}
         """When passages were left that somebody waits for."""
         self._thrown: dict[int, float] = {}
@@ -62,6 +65,22 @@ class Leaders:
         self.leader: IntArray = np.full(size, -1, dtype=np.intp)
         self.next_clear_m: FloatArray = np.array([way[0].clear_m for way in self._ways])
         self._follow(range(size), -np.inf)
+
+    def _depend(self, row: int, before: Predecessor) -> None:
+        """Note on whom a train depends: on those before a train that is not there, too."""
+        for one in self._chain(before):
+            self._dependents[one.row].add(row)
+
+    def _chain(self, before: Predecessor) -> Iterator[Predecessor]:
+        """Yield who is before on a track, up to the first one that is there or is to come."""
+        while before.row >= 0:
+            yield before
+            if self._gone[before.row] and self._leaves_at_stop[before.row]:
+                before = self._ahead[before.row][before.passage]
+            elif before.passage == 0 and not self._entered[before.row]:
+                before = self._ahead[before.row][0]
+            else:
+                return
 
     def _follow(self, rows: Iterable[int], time_s: float) -> None:
         for row in rows:
@@ -84,17 +103,32 @@ class Leaders:
             if blocker is not None:
                 self._end(row, number, blocker)
                 return
-            ahead, passage = self._still_before(befores[number])
-            if ahead < 0 or self._at[ahead] > passage:
-                continue
-            same_way = number == 0 or self._still_before(befores[number - 1]).row == ahead
-            granted = same_way or self._at[ahead] == passage
-            if leader < 0:
-                self.leader[row] = leader = ahead
-                self.follows[row] = granted
-            if not granted:
-                self._end(row, number, ahead)
+            (ahead, passage), expected = self._ahead_now(befores[number])
+            if ahead >= 0 and self._at[ahead] <= passage:
+                same_way = number == 0 or self._ahead_now(befores[number - 1])[0].row == ahead
+                granted = same_way or self._at[ahead] == passage
+                if leader < 0:
+                    self.leader[row] = leader = ahead
+                    self.follows[row] = granted
+                if not granted:
+                    self._end(row, number, ahead)
+                    return
+            if expected >= 0:
+                self.granted_to_m[row] = self._origin_m[expected]
+                self.granted_by[row] = expected
                 return
+
+    def _ahead_now(self, before: Predecessor) -> tuple[Predecessor, int]:
+        """Return the train ahead on a track, and the next one that will begin in between."""
+        expected, ahead = -1, NO_PREDECESSOR
+        for one in self._chain(before):
+            if self._gone[one.row] and self._leaves_at_stop[one.row]:
+                continue
+            if one.passage > 0 or self._entered[one.row]:
+                ahead = one
+            elif expected < 0:
+                expected = one.row
+        return ahead, expected
 
     def _end(self, row: int, number: int, by: int) -> None:
         """End the way of a train before a passage."""
@@ -119,6 +153,26 @@ class Leaders:
             return None
         self._thrown[row] = ready_s
         return last
+
+    def enter(self, rows: Iterable[int], time_s: float) -> None:
+        """
+        Let trains be followed that begin on the way of others.
+
+        Parameters
+        ----------
+        rows
+            Trains that enter. In a network those behind them followed whoever was before them so
+            far, and kept out of their places.
+        time_s
+            Now. [s]
+        """
+        if self._asks_all:
+            return
+        concerned = set[int]()
+        for row in rows:
+            self._entered[row] = True
+            concerned |= self._dependents[row]
+        self._follow(concerned, time_s)
 
     def clear(self, rows: IntArray, time_s: float) -> None:
         """
@@ -160,16 +214,9 @@ class Leaders:
         behind = self._dependents[row]
         # Whoever it was following may not be through yet: the trains behind it follow that one.
         for before in self._ahead[row]:
-            ahead = self._still_before(before).row
-            if ahead >= 0:
-                self._dependents[ahead] |= behind
+            for other in behind:
+                self._depend(other, before)
         self._follow({row, *behind}, time_s)
-
-    def _still_before(self, before: Predecessor) -> Predecessor:
-        """Return who is before on a track, past those that have left the line at a stop."""
-        while before.row >= 0 and self._gone[before.row] and self._leaves_at_stop[before.row]:
-            before = self._ahead[before.row][before.passage]
-        return before
 
     def _next_ask_m(self, row: int) -> float:
         """Return where a train asks for the next passage that has to be asked for. [m]"""
@@ -230,8 +277,7 @@ class Leaders:
                 changed.add(row)
                 self._ahead[row], self._waits[row] = ahead, one.waits
                 for before in (*ahead, *(b for waits in one.waits for b in waits)):
-                    if before.row >= 0:
-                        self._dependents[before.row].add(row)
+                    self._depend(row, before)
         return changed
 
     def thrown(self, time_s: float) -> bool:

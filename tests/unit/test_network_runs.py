@@ -163,6 +163,21 @@ def test_a_train_begins_on_the_way_between_others(tmp_path: Path, late_s: float)
     assert order == sorted(order)
 
 
+def test_before_a_train_begins_on_the_way_others_follow_those_before_it(tmp_path: Path) -> None:
+    """n2 runs close behind n1, which is late, towards the place where s1 will begin."""
+    calls = ONE_TRACK["calls.csv"].replace("n1,d,main,07:02:30,07:03:00\n", "")
+    scenario = network(tmp_path, ONE_TRACK, calls=calls)
+    record, engine = run_network(scenario, delays_s={"n1": {"a": 275.0}})
+    good(record)
+    rows = [row_of(record, train) for train in ("n1", "s1", "n2")]
+    assert departure_s(record, "n2", "a") < engine.passes_s(rows[0], 1500.0)
+    order = [engine.passes_s(row, 2000.0) for row in rows]
+    assert order == sorted(order)
+    # It stops the margin short of where the tail of s1 will be.
+    entered = next(n for n, seen in enumerate(engine.seen) if rows[1] in seen.entered)
+    assert engine.front_m[: entered + 1, rows[2]].max() <= 1400.0 - 25.0 + 0.1
+
+
 def test_a_train_that_ends_on_the_way_is_gone_when_its_stop_is_over(tmp_path: Path) -> None:
     record, engine = run_network(network(tmp_path / "all", SHORT))
     good(record)
