@@ -1,7 +1,6 @@
 """Tables, texts and figures of networks: chainage, directions, turn-backs, use of nodes."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -188,7 +187,7 @@ def test_a_network_is_published_with_its_own_tables_and_figures(
 
 def ended_early(scenario: Scenario, train: str, station: str) -> dict[str, tuple[str, str, str]]:
     """Return what is told of whom had not finished when a train overstayed for ever."""
-    late_s: dict[str, Any] = {train: {station: 1e4}}
+    late_s = {train: {station: 1e4}}
     record, _ = run_network(scenario, delays_s=late_s)
     trains = record.world.timetable.trains
     return {trains[one.row]: (one.cause, one.by, one.sentence) for one in record.unfinished}
