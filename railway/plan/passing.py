@@ -113,7 +113,8 @@ def orders(line: Line, services: Sequence[Service]) -> tuple[Precursors, ...]:
         route = services[row].route
         track, turnout = route[number], ways[route][number].turnout
         ways_there = images[line.track_by_id[track].place]
-        waits[row][number].update(booked.order_on[one][-1] for one in ways_there - {track})
+        for one in ways_there - {track}:
+            waits[row][number].update(booked.last_of(one))
         ways_there.add(track)
         if turnout < 0:
             continue
@@ -230,6 +231,14 @@ class _Booked:
                 later += 1
         queue.insert(len(queue) - later, row)
         order.insert(len(order) - later, Predecessor(row, number))
+
+    def last_of(self, track: str) -> Iterator[Predecessor]:
+        """Yield the last trains so far of which any may be the last to leave a track."""
+        for before in reversed(self.order_on[track]):
+            yield before
+            if before.passage < len(self._services[before.row].route) - 1:
+                return
+            # Whoever ends there may be gone before those ahead of it have left.
 
     def _place_m(self, row: int, time_s: float) -> float:
         """Return where a train is booked to be at a time. [m]"""
