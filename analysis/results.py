@@ -9,6 +9,7 @@ from typing import Any
 import pandas as pd
 
 from kankaku.analysis.tables.columns import read_csv, rows_frame
+from kankaku.analysis.tables.network_tables import NETWORK_TABLES
 from kankaku.analysis.tables.run_tables import RunTables, read_run
 from kankaku.analysis.tables.summary import SUMMARY
 from kankaku.analysis.tables.sweep import SWEPT_TABLES, read_intervals, read_sweep
@@ -44,7 +45,7 @@ WRITTEN_TABLES: Mapping[str, tuple[Column, ...]] = {
     "stations": STATIONS,
     **RAW_TABLES,
 }
-"""Every table of a results folder; a sweep has ``SWEPT_TABLES``, too."""
+"""Every table of a results folder; a sweep has ``SWEPT_TABLES``, a network ``NETWORK_TABLES``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,6 +63,8 @@ class Results:
     """The table ``intervals``; None without a sweep."""
     sweep: pd.DataFrame | None = None
     """The table ``sweep``; None without a sweep."""
+    network: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    """The tables of ``NETWORK_TABLES`` by name; none of a chain."""
 
     @property
     def controllers(self) -> tuple[str, ...]:
@@ -305,6 +308,11 @@ def read_results(folder: str | Path, *, trajectories: bool = True) -> Results:
         provenance=read_provenance(provenance) if provenance.is_file() else {},
         intervals=read_intervals(place) if swept else None,
         sweep=read_sweep(place) if swept else None,
+        network={
+            table: read_csv(place / f"{table}.csv", columns)
+            for table, columns in NETWORK_TABLES.items()
+            if (place / f"{table}.csv").is_file()
+        },
     )
 
 

@@ -77,7 +77,7 @@ class SavedRun:
     @property
     def typical_trip(self) -> Trip:
         """The trip of median duration among those over the whole line, from time 0."""
-        lengths_m = [float(trip.front_m[-1] - trip.front_m[0]) for trip in self.trips]
+        lengths_m = [abs(float(trip.front_m[-1] - trip.front_m[0])) for trip in self.trips]
         whole = [
             trip
             for trip, length_m in zip(self.trips, lengths_m, strict=True)

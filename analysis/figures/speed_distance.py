@@ -17,7 +17,7 @@ from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.analysis.tables.sweep import following_arrival
 from kankaku.analysis.words import KMH_PER_MPS, label_of
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.line import Direction, Line
 from kankaku.railway.plan.scenario import Sweep
 
 PANEL_WIDTH_IN = 5.4
@@ -34,7 +34,7 @@ class SpeedCurve(NamedTuple):
 
     label: str
     chainage_m: FloatArray
-    """Chainage of the front, rising. [m], shape (n_points,)"""
+    """Chainage of the front along the way. [m], shape (n_points,)"""
     speed_mps: FloatArray
     """Speed there. [m/s], shape (n_points,)"""
 
@@ -185,5 +185,8 @@ def _curve(run: RunTables, sweep: Sweep) -> SpeedCurve | None:
 
 def _platform_m(calls: pd.DataFrame, sweep: Sweep, line: Line) -> tuple[float, float]:
     own = calls[(calls["train"] == sweep.train) & (calls["station"] == sweep.station)]
-    platform = line.platform_at[sweep.station, own["track"].item()]
+    track = line.track_by_id[own["track"].item()]
+    platform = line.platform_at[sweep.station, track.id]
+    if track.direction is Direction.FALLING:
+        return line.mirrored_m(platform.end_m), line.mirrored_m(platform.start_m)
     return platform.start_m, platform.end_m

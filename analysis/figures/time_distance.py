@@ -1,7 +1,6 @@
 """The time-distance diagram (ダイヤ) of every controller, one panel each."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -27,14 +26,17 @@ from kankaku.analysis.words import label_of
 
 PANEL_WIDTH_IN = 7.0
 PANEL_HEIGHT_IN = 4.3
-LONGEST_S = 6.0 * 3600.0
-"""Of a longer day only the busiest hours are drawn. [s]"""
-BUSIEST_S = 2.0 * 3600.0
 _EDGE_S = 120.0
+_LABEL = 0.032
+"""Height of a station's name in a panel of that height. [-]"""
 
 
 def time_distance_figure(
-    runs: Sequence[RunTables], stations: pd.DataFrame, *, title: str
+    runs: Sequence[RunTables],
+    stations: pd.DataFrame,
+    *,
+    title: str,
+    window_s: tuple[float, float] | None = None,
 ) -> Figure:
     """
     Draw the time-distance diagrams of some runs.
@@ -50,6 +52,8 @@ def time_distance_figure(
         The table ``stations``.
     title
         Title of the figure.
+    window_s
+        From when to when; everything if None. [s]
 
     Returns
     -------
@@ -58,22 +62,22 @@ def time_distance_figure(
     """
     columns = 1 if len(runs) == 1 else 2
     lines = -(-len(runs) // columns)
-    size = (1.3 + PANEL_WIDTH_IN * columns, 1.2 + PANEL_HEIGHT_IN * lines)
+    served = stations[stations["station"].isin(runs[0].calls["station"])]
+    # With more stations than names fit beside a panel it is higher.
+    tall = max(_LABEL * len(served), 1.0)
+    size = (1.3 + PANEL_WIDTH_IN * columns, 1.2 + PANEL_HEIGHT_IN * lines * tall)
     with style():
         figure = Figure(figsize=size, layout="constrained")
         panels = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
-        served = stations[stations["station"].isin(runs[0].calls["station"])]
         times_s = np.concatenate(
             [run.calls[["arrival_s", "departure_s"]].to_numpy().ravel() for run in runs]
         )
         start_s, end_s = np.nanmin(times_s) - _EDGE_S, np.nanmax(times_s) + _EDGE_S
-        if end_s - start_s > LONGEST_S:
-            start_s, end_s = _busiest_s(runs[0].calls)
-            runs = [_within(run, start_s, end_s) for run in runs]
-            title += f", busiest {BUSIEST_S / 3600.0:g} hours"
+        if window_s is not None:
+            start_s, end_s = window_s
         for index, (run, axes) in enumerate(zip(runs, panels.flat, strict=False)):
             _draw_panel(axes, run, index)
-            _frame_panel(axes, served, run.calls, labels=index % columns == 0)
+            _frame_panel(axes, served, run.calls, labels=index % columns == 0, gap=_LABEL / tall)
             clock_axis(axes, start_s, end_s)
             axes.tick_params(axis="x", labelbottom=index + columns >= len(runs))
         figure.suptitle(title, fontsize=13.0)
@@ -86,27 +90,9 @@ def time_distance_figure(
     return figure
 
 
-def _busiest_s(calls: pd.DataFrame) -> tuple[float, float]:
-    """Return the window in which most trains are booked to arrive. [s]"""
-    times_s = np.sort(calls["booked_arrival_s"].to_numpy())
-    inside = np.searchsorted(times_s, times_s + BUSIEST_S) - np.arange(times_s.size)
-    begin_s = 60.0 * np.floor(times_s[int(inside.argmax())] / 60.0)
-    return float(begin_s), float(begin_s + BUSIEST_S)
-
-
-def _within(run: RunTables, start_s: float, end_s: float) -> RunTables:
-    """Return the part of a run that is between two times; its totals are those of the part."""
-    calls, samples, stops = run.calls, run.trajectory, run.interstation_stops
-    trains = samples[samples["time_s"].between(start_s, end_s)]["train"].unique()
-    return replace(
-        run,
-        calls=calls[calls["train"].isin(trains)],
-        trajectory=samples[samples["time_s"].between(start_s - _EDGE_S, end_s + _EDGE_S)],
-        interstation_stops=stops[stops["start_s"].between(start_s, end_s)],
-    )
-
-
-def _frame_panel(axes: Axes, served: pd.DataFrame, calls: pd.DataFrame, *, labels: bool) -> None:
+def _frame_panel(
+    axes: Axes, served: pd.DataFrame, calls: pd.DataFrame, *, labels: bool, gap: float
+) -> None:
     chainage_m = served["chainage_m"].to_numpy()
     length_m = float(np.ptp(chainage_m))
     low_m = chainage_m[0]
@@ -114,7 +100,7 @@ def _frame_panel(axes: Axes, served: pd.DataFrame, calls: pd.DataFrame, *, label
         # Trains towards lower chainage stop at the other ends of platforms.
         low_m = min(low_m, float(calls["stop_m"].min()))
     axes.set_ylim(low_m - 0.02 * length_m, chainage_m[-1] + 0.03 * length_m)
-    station_axis(axes, served, labels=labels, gap_m=0.032 * length_m)
+    station_axis(axes, served, labels=labels, gap_m=gap * length_m)
     axes.grid(axis="x", color="#F1F1F1", linewidth=0.6)
     axes.spines[["top", "right"]].set_visible(False)
 

@@ -14,8 +14,10 @@ from kankaku.analysis.tables.network_tables import NETWORK_TABLES, network_table
 from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.analysis.tables.summary import summary_frame
 from kankaku.analysis.tables.sweep import SWEPT_TABLES, SweepTables, shown_delays_s, sweep_tables
+from kankaku.analysis.tables.window import busiest_window_s, within
 from kankaku.analysis.tables.worst import worst_moment
 from kankaku.analysis.texts.report import Shortfalls, report_text, unfinished_heading
+from kankaku.analysis.words import clock
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.records import RAW_TABLES
 
@@ -26,6 +28,8 @@ STUDY_RESULTS = Kind(
     texts=("report.md",),
     elsewhere=frozenset(RAW_TABLES),
 )
+AROUND_S = 1800.0
+"""Of a network, a close look takes no more than this before and after. [s]"""
 
 
 class Findings(NamedTuple):
@@ -101,6 +105,7 @@ def publish(
         made = _figures(scenario, findings.sweep, drawn, shown, stations)
         if not scenario.line.network:
             made |= _maps(scenario, [run for run in shown if run.controller in by_radio], stations)
+    network = network_tables(scenario, runs, shown) if scenario.line.network else {}
     report = report_text(
         scenario.title,
         shown,
@@ -109,12 +114,11 @@ def publish(
         [f"{name}.png" for name in made],
         swept=findings.sweep,
         shortfalls=Shortfalls(failures, _unfinished(runs, scenario)),
+        by_direction=network.get("by_direction"),
     )
-    frames = {"summary": findings.summary, "stations": stations}
+    frames = {"summary": findings.summary, "stations": stations, **network}
     if findings.sweep:
         frames |= findings.sweep.frames
-    if scenario.line.network:
-        frames |= network_tables(scenario, runs, shown)
     texts = {"report.md": report}
     publish_folder(folder, STUDY_RESULTS, frames, made, provenance, texts=texts)
     return findings
@@ -149,9 +153,20 @@ def _figures(
     if swept:
         figures = _sweep_figures(scenario, swept, drawn, stations)
         title += f"; initial delay {shown[0].initial_delay_s:g} s"
-    figures["time_distance"] = partial(time_distance_figure, shown, stations, title=title)
-    if worst_moment(shown[0]) is not None:
-        figures["zoom"] = partial(zoom_figure, shown, stations)
+    window_s = busiest_window_s(shown[0].calls) if scenario.line.network else None
+    seen = shown
+    if window_s is not None:
+        seen = [within(run, window_s) for run in shown]
+        title += f"\n{clock(window_s[0])} to {clock(window_s[1])}, the busiest two hours"
+    figures["time_distance"] = partial(
+        time_distance_figure, seen, stations, title=title, window_s=window_s
+    )
+    if (worst := worst_moment(shown[0])) is not None:
+        close = shown
+        if scenario.line.network:
+            close_s = worst.start_s - AROUND_S, worst.end_s + AROUND_S
+            close = [within(run, close_s) for run in shown]
+        figures["zoom"] = partial(zoom_figure, close, stations)
     if scenario.line.network:
         from kankaku.analysis.figures.track_plan import track_plan_figure  # noqa: PLC0415
 

@@ -142,7 +142,7 @@ def markdown(text: str) -> str:
     return _OWN_TO_MARKDOWN.sub(r"\\\g<0>", text)
 
 
-def report_text(
+def report_text(  # noqa: PLR0913 - one argument per part of the report
     title: str,
     runs: Sequence[RunTables],
     summary: pd.DataFrame,
@@ -151,6 +151,7 @@ def report_text(
     *,
     swept: SweepTables | None = None,
     shortfalls: Shortfalls = NO_SHORTFALLS,
+    by_direction: pd.DataFrame | None = None,
 ) -> str:
     """
     Return the report.
@@ -171,6 +172,8 @@ def report_text(
         What a sweep shows, in place of the comparison; None without a sweep.
     shortfalls
         What did not come to its end.
+    by_direction
+        The table of that name; None for a chain, whose trains all run one way.
 
     Returns
     -------
@@ -187,6 +190,7 @@ def report_text(
         ],
         *([_unfinished(shortfalls.unfinished)] if shortfalls.unfinished else []),
         _swept(swept) if swept else _compared(summary),
+        *([_directions(by_direction)] if by_direction is not None else []),
         _reasons(runs),
         [f"![{label_of(name.rpartition('.')[0])}]({name})" for name in figures],
         _meanings(swept=swept is not None),
@@ -272,6 +276,33 @@ def _compared(summary: pd.DataFrame) -> list[str]:
         told += "; means over seeds, ± half of the 95 % confidence interval of paired differences"
     named = header
     return ["## Comparison", "", *_table(named, rows), "", f"{told}."]
+
+
+def _directions(by_direction: pd.DataFrame) -> list[str]:
+    runs = by_direction.groupby(["controller", "direction"], sort=False)
+    measured = ["mean_arrival_delay_s", "interstation_stop_time_s", "passed_on_s"]
+    rows = [
+        [
+            f"{name}, {way}",
+            str(int(own["trains"].max())),
+            *(f"{own[of].mean():.1f} s" for of in measured),
+        ]
+        for (name, way), own in runs
+    ]
+    header = [
+        "direction of chainage",
+        "trains",
+        "mean arrival delay",
+        "stop time between stations",
+        "delay that came with stock",
+    ]
+    several = ", means over all runs" if len(by_direction) > len(rows) else ""
+    told = (
+        f"By direction{several}. Delay comes with stock where a train arrives too late for the "
+        "booked time to turn back; the sum over trains. `by_hour.csv` has the same by the hour, "
+        "`turn_backs.csv` every train, `node_use.csv` how much points and platforms are used."
+    )
+    return ["## Directions", "", *_table(header, rows), "", told]
 
 
 def _reasons(runs: Sequence[RunTables]) -> list[str]:

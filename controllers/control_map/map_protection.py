@@ -52,6 +52,7 @@ from kankaku.controllers.control_map.planner import MapScene, make_plan
 from kankaku.controllers.control_map.telegrams import COMMANDS, Sent, eoas_m, nothing_sent
 from kankaku.controllers.control_map.train_order import order_of
 from kankaku.controllers.control_map.way_ahead import Grid, Obstructions
+from kankaku.controllers.options import OptionError
 from kankaku.controllers.protection.ceiling import LineCeiling, braked_to_mps
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import plain
@@ -114,6 +115,9 @@ class ControlMap:
         self.promises = Promises(options.margin_m, validity_s=UPDATE_S * COMMANDS)
         self.release_delay_s = radio.oldest_knowledge_s
         self._ceiling = LineCeiling(world, world.profile)
+        if world.line.first_come:
+            problem = "the control map plans by the order of the timetable"
+            raise OptionError(problem, 'interlocking.order = "timetable"')
         self._order, self._layers = order_of(world), layers_of(world)
         self._ways = network_ways_of(world) if world.line.network else ways_of(world)
         self._no_delay_s = np.zeros(world.size)

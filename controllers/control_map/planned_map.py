@@ -119,10 +119,10 @@ def blank_map(now_s: float, size: int, moments: int) -> MapPlan:
     shape = size, moments
     return MapPlan(
         now_s,
-        np.empty(shape),
         np.zeros(shape),
-        np.empty(shape),
-        np.empty(shape),
+        np.zeros(shape),
+        np.zeros(shape),
+        np.zeros(shape),
         np.zeros(size),
         np.zeros(size, dtype=np.bool_),
         np.full(size, NOTHING),

@@ -85,9 +85,11 @@ def make_plan(scene: MapScene, earlier: MapPlan) -> MapPlan:
         scratch_for(grid.moments),
     )
     for row in range(trains.length_m.size):
-        tail_m = known.front_m[row] - trains.length_m[row]
-        plan.front_m[row] = plan.ahead_m[row] = known.front_m[row]
-        plan.rear_m[row] = trains.far_m if known.gone[row] else tail_m
+        # Nobody reads the band of a train that is gone, or more than the rear of one to come.
+        if not known.gone[row]:
+            plan.rear_m[row] = known.front_m[row] - trains.length_m[row]
+        if known.on_line[row]:
+            plan.front_m[row] = plan.ahead_m[row] = known.front_m[row]
     for row in range(trains.length_m.size):
         old = MOST_OLD + 1
         if known.on_line[row]:

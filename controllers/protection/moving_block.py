@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.options import require
+from kankaku.controllers.options import OptionError, require
 from kankaku.controllers.protection.ceiling import (
     LineCeiling,
     braked_to_mps,
@@ -127,6 +127,9 @@ class MovingBlock:
 
     def __init__(self, world: World, options: MovingBlockOptions) -> None:
         buffers = options.buffers(world)
+        if buffers.error_ratio and world.line.network:
+            problem = "positions drift from balise to balise, which only a chain has in one row"
+            raise OptionError(problem, "position_error_percent = 0")
         self.promises = Promises(options.margin_m, buffers, options.exclusive_platform)
         self._world = world
         self.profile = world.profile

@@ -118,10 +118,13 @@ def assess_capacity(
     Raises
     ------
     StudyError
-        If there are only peers, or no train calls twice.
+        If the line is a network, there are only peers, or no train calls twice.
     ControllerError
         If a controller cannot be built.
     """
+    if study.scenario.line.network:
+        msg = f"{study.scenario.name}: a network; allowed: a chain, a line without nodes.csv"
+        raise StudyError(msg)
     row = pattern_of_peak(study.scenario.timetable).row
     # A peer does not say beforehand what it will permit.
     specs = [spec for spec in study.specs if spec.peer is None]

@@ -30,6 +30,7 @@ class Tracker:
         self._radio = radio
         self._units = units
         self._leaders = Leaders(world)
+        self._asks = world.line.first_come
         self._next_clear_m = self._leaders.next_clear_m.copy()
         self._leader = self._leaders.leader.copy()
         self._follows = self._leaders.follows.copy()
@@ -78,6 +79,8 @@ class Tracker:
         if happened or rows is not None:
             events = self._take_events(seen, departed, rows)
         thrown = seen.time_s >= self._leaders.next_s and self._leaders.thrown(seen.time_s)
+        if self._asks:
+            thrown |= self._leaders.ask(seen.front_m, self._stop_m, self._present, seen.time_s)
         if thrown:
             self._show_leaders()
         trains = seen.front_m, tail_m, seen.speed_mps

@@ -9,7 +9,7 @@ from kankaku.railway.motion.feasibility import gradients, starting_needs_n
 from kankaku.railway.plan.disruptions import Disruptions
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.records import Unfinished
-from kankaku.railway.step.state import Authority, LineState
+from kankaku.railway.step.state import NOTHING, Authority, LineState, beside
 from kankaku.railway.wayside.trackside import places_beside
 
 STANDING_MPS = 0.05
@@ -55,8 +55,7 @@ def _told(world: World, ending: Ending, row: int) -> Unfinished:
     front_m = float(state.front_m[row])
     next_call = int(state.next_call[row])
     if not state.present[row]:
-        other = _at_origin(world, state, row)
-        why = f": {other} was there" if other else ""
+        other, why = _not_let_in(world, ending, row)
         sentence = f"{service.train} never entered the line at {service.origin!r}{why}"
         return Unfinished(row, "never_entered", other, front_m, sentence)
     if not state.running[row]:
@@ -75,8 +74,9 @@ def _standing(world: World, ending: Ending, row: int, place: str) -> Unfinished:
     kind = world.train_types[world.type_index[row]]
     front = np.array([front_m])
     force_n = kind.traction.starting_force_n
-    if force_n <= float(starting_needs_n(world.line, kind, front)[0]):
-        permil = 1000.0 * float(gradients(world.line, kind, front)[0])
+    line = world.line_of(row)
+    if force_n <= float(starting_needs_n(line, kind, front)[0]):
+        permil = 1000.0 * float(gradients(line, kind, front)[0])
         why = f"{permil:.3g} permil against {force_n / 1000.0:.4g} kN starting force"
         return Unfinished(row, "stalled", "", front_m, f"{train} stalled {place}: {why}")
     if ending.authority.eoa_m[row] - front_m < HELD_M:
@@ -92,6 +92,8 @@ def _ahead(world: World, ending: Ending, row: int) -> tuple[str, str]:
     """Return what bounds the way of a train first, and its name: a train or an obstruction."""
     state, wayside = ending.state, ending.state.wayside
     leader = int(state.leader[row])
+    if world.line.network and state.granted_to_m[row] <= state.clear_to_m[row]:
+        return _not_granted(world, ending, int(state.granted_by[row]))
     in_force = wayside.concerns[row] & (wayside.from_s == -np.inf)
     start_m = np.where(in_force, wayside.start_m, np.inf)
     nearest_m = float(start_m.min(initial=np.inf))
@@ -99,6 +101,32 @@ def _ahead(world: World, ending: Ending, row: int) -> tuple[str, str]:
         return "obstruction", places_beside(world.line, ending.disruptions)[int(start_m.argmin())]
     if leader >= 0 and state.clear_to_m[row] < world.far_m:
         return "train_ahead", world.timetable.trains[leader]
+    return "", ""
+
+
+def _not_granted(world: World, ending: Ending, by: int) -> tuple[str, str]:
+    """Return for what the way of a train ends: points, or a train that goes first on its track."""
+    if by > NOTHING:
+        return "train_ahead", world.timetable.trains[by]
+    if by < NOTHING:
+        return "obstruction", places_beside(world.line, ending.disruptions)[beside(by)]
+    return "", ""
+
+
+def _not_let_in(world: World, ending: Ending, row: int) -> tuple[str, str]:
+    """Return the train for which another one did not enter, and how that is told."""
+    trains = world.timetable.trains
+    if not world.line.network:
+        other = _at_origin(world, ending.state, row)
+        return other, f": {other} was there" if other else ""
+    stock = int(world.stock_from[row])
+    if stock >= 0:
+        return trains[stock], f": {trains[stock]} had not brought its stock"
+    for one in world.enters_after[row]:
+        clear_m = world.passages[one.row][one.passage].clear_m
+        passed = ending.state.present[one.row] and ending.state.tail_m[one.row] >= clear_m
+        if not passed and not ending.completed[one.row]:
+            return trains[one.row], f": {trains[one.row]} goes first there"
     return "", ""
 
 
@@ -117,4 +145,5 @@ def _place(world: World, state: LineState, row: int) -> str:
     front_m, call = float(state.front_m[row]), int(state.next_call[row]) - 1
     if call >= 0 and abs(front_m - world.stop_m[row, call]) <= AT_STOP_M:
         return f"at {world.timetable.services[row].calls[call].station!r}"
-    return f"at km {front_m / 1000.0:.3f}"
+    chainage_m = float(world.chainage_m(row, np.array(front_m)))
+    return f"at km {chainage_m / 1000.0:.3f}"

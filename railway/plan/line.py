@@ -206,6 +206,8 @@ class Line:
     """The tracks of a network, which has no sections; empty for a chain."""
     extent_m: tuple[float, float] = (0.0, 0.0)
     """Lowest and highest chainage of a network. [m]"""
+    first_come: bool = False
+    """In a network turns go to who comes first, not by the timetable, where that is safe."""
 
     @cached_property
     def tracks(self) -> tuple[Track, ...]:

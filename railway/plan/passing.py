@@ -1,21 +1,16 @@
 """
-Who passes what before whom: tracks and nodes in the order of the timetable.
+What trains pass on their routes, which ways are in each other's way, and who waits for whom.
 
-On a chain trains pass everything in the order in which the timetable names them. In a network they
-pass every track and node in the order of their booked times there, and whoever follows another one
-onto a track leaves it after that one, because nobody overtakes on a track.
+In which order they pass it is said in :mod:`kankaku.railway.plan.turns`.
 """
 
-import heapq
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
-from itertools import pairwise
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.line import Direction, Line, Track
 from kankaku.railway.plan.timetable import Service
 
@@ -84,72 +79,6 @@ def passages(line: Line, route: Sequence[str]) -> tuple[Passage, ...]:
     return tuple(found)
 
 
-def orders(line: Line, services: Sequence[Service]) -> tuple[Precursors, ...]:
-    """
-    Return who goes before whom.
-
-    Parameters
-    ----------
-    line
-        The line.
-    services
-        Its trains.
-
-    Returns
-    -------
-    tuple[Precursors, ...]
-        By train.
-    """
-    ways = {service.route: passages(line, service.route) for service in services}
-    if not line.network:
-        return _chain_orders(services)
-    booked = _Booked(services, ways)
-    waits: list[list[set[Predecessor]]] = [[set() for _ in service.route] for service in services]
-    ahead = [[NO_PREDECESSOR] * len(service.route) for service in services]
-    images = defaultdict[str, set[str]](set)
-    last_through = defaultdict[int, dict[tuple[str, str], Predecessor]](dict)
-    clash: dict[tuple[tuple[str, str], tuple[str, str]], bool] = {}
-    for row, number in booked.entries():
-        route = services[row].route
-        track, turnout = route[number], ways[route][number].turnout
-        ways_there = images[line.track_by_id[track].place]
-        for one in ways_there - {track}:
-            waits[row][number].update(booked.last_of(one))
-        ways_there.add(track)
-        if turnout < 0:
-            continue
-        move = route[number - 1], track
-        for other, before in last_through[turnout].items():
-            pair = move, other
-            if pair not in clash:
-                clash[pair] = conflicting(line, *pair)
-            if clash[pair]:
-                waits[row][number].add(before)
-        last_through[turnout][move] = Predecessor(row, number - 1)
-    for order in booked.order_on.values():
-        for before, (row, number) in pairwise(order):
-            ahead[row][number] = before
-    return tuple(
-        Precursors(tuple(one), tuple(tuple(sorted(befores)) for befores in two))
-        for one, two in zip(ahead, waits, strict=True)
-    )
-
-
-def _chain_orders(services: Sequence[Service]) -> tuple[Precursors, ...]:
-    """Return who goes before whom in the order of the timetable."""
-    last_on: dict[str, Predecessor] = {}
-    found = []
-    for row, service in enumerate(services):
-        found.append(
-            Precursors(
-                tuple(last_on.get(track, NO_PREDECESSOR) for track in service.route),
-                ((),) * len(service.route),
-            )
-        )
-        last_on |= {track: Predecessor(row, number) for number, track in enumerate(service.route)}
-    return tuple(found)
-
-
 def conflicting(line: Line, one: tuple[str, str], other: tuple[str, str]) -> bool:
     """
     Return whether two movements through the same points cannot be at the same time.
@@ -182,86 +111,6 @@ def _sides(line: Line, move: tuple[str, str]) -> list[Track]:
     return tracks if tracks[0].direction is Direction.RISING else tracks[::-1]
 
 
-class _Booked:
-    """Trains that pass everything as booked, but never another train on its track."""
-
-    def __init__(
-        self,
-        services: Sequence[Service],
-        ways: Mapping[tuple[str, ...], tuple[Passage, ...]],
-    ) -> None:
-        self._services, self._ways = services, ways
-        self.order_on = defaultdict[str, list[Predecessor]](list)
-        """Trains of each track so far, first one first."""
-        self._on_track = defaultdict[str, list[int]](list)
-        """Those that are on it."""
-
-    def entries(self) -> Iterator[tuple[int, int]]:
-        """Yield train and passage of every entry, in order."""
-        services, behind = self._services, defaultdict[int, list[tuple[float, int, int]]](list)
-        times_s = [_entries_s(service, self._ways[service.route]) for service in services]
-        due = [(times[0], row, 0) for row, times in enumerate(times_s)]
-        heapq.heapify(due)
-        while due:
-            time_s, row, number = heapq.heappop(due)
-            route = services[row].route
-            if number > 0:
-                queue = self._on_track[route[number - 1]]
-                if queue[0] != row:
-                    # Who is before it leaves first.
-                    behind[queue[queue.index(row) - 1]].append((time_s, row, number))
-                    continue
-                queue.pop(0)
-                for then_s, follower, entry in behind.pop(row, ()):
-                    heapq.heappush(due, (max(then_s, time_s), follower, entry))
-            if number < len(route):
-                self._enter(row, number, time_s)
-                yield row, number
-                then_s = max(times_s[row][number + 1], time_s)
-                heapq.heappush(due, (then_s, row, number + 1))
-
-    def _enter(self, row: int, number: int, time_s: float) -> None:
-        """Note a train on a track: behind all, or where it begins."""
-        track = self._services[row].route[number]
-        queue, order = self._on_track[track], self.order_on[track]
-        later = 0
-        if number == 0:
-            begins_m = self._services[row].calls[0].stop_m
-            while later < len(queue) and self._place_m(queue[-1 - later], time_s) < begins_m:
-                later += 1
-        queue.insert(len(queue) - later, row)
-        order.insert(len(order) - later, Predecessor(row, number))
-
-    def last_of(self, track: str) -> Iterator[Predecessor]:
-        """Yield the last trains so far of which any may be the last to leave a track."""
-        for before in reversed(self.order_on[track]):
-            yield before
-            if before.passage < len(self._services[before.row].route) - 1:
-                return
-            # Whoever ends there may be gone before those ahead of it have left.
-
-    def _place_m(self, row: int, time_s: float) -> float:
-        """Return where a train is booked to be at a time. [m]"""
-        return float(np.interp(time_s, *_booked(self._services[row])))
-
-
-def _booked(service: Service) -> tuple[FloatArray, FloatArray]:
-    """Return when [s] a train is booked to be where [m]: at its calls, and even in between."""
-    calls = service.calls
-    times_s = [time for call in calls for time in (call.arrival_s, call.departure_s)]
-    # Two points at every stop, one just behind the other.
-    places_m = [place for call in calls for place in (call.stop_m, call.stop_m + 1e-6)]
-    return np.array(times_s), np.array(places_m)
-
-
-def _entries_s(service: Service, way: Sequence[Passage]) -> list[float]:
-    """Return when a train is booked to enter each of its tracks, and to be gone. [s]"""
-    times_s, places_m = _booked(service)
-    entries_m = np.array([passage.entry_m for passage in way[1:]])
-    inner_s = np.interp(entries_m, places_m, times_s).tolist()
-    return [service.calls[0].arrival_s, *inner_s, service.calls[-1].departure_s]
-
-
 Event: TypeAlias = tuple[int, int, int]
 """A train, its passage, and whether it enters it (0) or has cleared it (1)."""
 
@@ -289,7 +138,7 @@ def waiting_cycle(
     services
         The trains.
     found
-        Who goes before whom, from :func:`orders`.
+        Who goes before whom, from :func:`kankaku.railway.plan.turns.orders`.
     length_m
         Length by train type. [m]
 

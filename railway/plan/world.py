@@ -11,10 +11,11 @@ from kankaku.railway.plan.brake_table import BrakeTable
 from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.line import Direction, Line
 from kankaku.railway.plan.met import lines_met
-from kankaku.railway.plan.passing import Passage, Precursors, Predecessor, orders, passages
+from kankaku.railway.plan.passing import Passage, Precursors, Predecessor, passages
 from kankaku.railway.plan.profile import NO_BUFFERS, Profile, build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.timetable import Service, Timetable
+from kankaku.railway.plan.turns import orders
 
 BUFFER_STOP_M = 1.0
 """A train whose last stop is nearer to the end of the line than this runs on no more. [m]"""

@@ -290,6 +290,8 @@ def free_in_network_m(
     """
     free_m = granted_to_m.copy()
     for train in range(tail_m.size):
+        if gone[train]:
+            continue
         for number in range(ways.ahead.shape[1]):
             ahead, at = ways.ahead[train, number], ways.ahead_at[train, number]
             # Nobody passes another on a track: behind who is gone comes who was before it, and

@@ -1,15 +1,16 @@
 """Who follows whom: kept by events, read as arrays."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import compiled
 from kankaku.railway.plan.line import Line
-from kankaku.railway.plan.passing import Predecessor
+from kankaku.railway.plan.passing import NO_PREDECESSOR, Precursors, Predecessor
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import NOTHING, beside
+from kankaku.railway.wayside.first_come import ASK_M, FirstCome
 from kankaku.railway.wayside.machine import ROUNDING_S
 
 
@@ -21,9 +22,10 @@ class Leaders:
     cleared. Points through which another train goes first, from or to another track, are
     not granted: the way ends at their fouling point, also for a train that still follows
     somebody else. So does the way before a track of a network that a train of the other direction
-    has to leave first, and before points that have to be thrown, and behind the place where a train
-    that goes first will begin. Only a train that enters, a tail that leaves a track
-    changes anything, and the end of a throw, so between those events the arrays stand still.
+    has to leave first, before points that have to be thrown, and behind the place where a train
+    that goes first will begin. Only a train that enters, or asks for its way where turns go to who
+    comes first, a tail that leaves a track, and the end of a throw change anything, so between
+    those events the arrays stand still.
     """
 
     def __init__(self, world: World) -> None:
@@ -33,11 +35,18 @@ class Leaders:
         self._waits = [order.waits for order in world.orders]
         self._asks_all = not world.line.network
         self._dependents = [set[int]() for _ in range(world.size)]
+        self._entered = [self._asks_all] * world.size
+        self._gone = [False] * world.size
+        self._leaves_at_stop = world.leaves_at_stop.tolist()
         for row, order in enumerate(world.orders):
             for before in (*order.ahead, *(one for waits in order.waits for one in waits)):
                 self._depend(row, before)
-        self._entered = [self._asks_all] * world.size
         points = world.line.turnouts
+        self._first_come = FirstCome(world) if world.line.first_come else None
+        self._asked = [0 if world.line.first_come else len(way) for way in self._ways]
+        """The passage up to which each train has asked."""
+        self.ask_m: FloatArray = np.array([self._next_ask_m(row) for row in range(world.size)])
+        """Where the front of each train asks for its next passage. [m]"""
         self._throw_s = [turnout.throw_s + turnout.proof_s for turnout in points]
         self._at = [0] * world.size
         """The passage that each train's tail has not left yet."""
@@ -58,12 +67,20 @@ class Leaders:
         self._follow(range(size), -np.inf)
 
     def _depend(self, row: int, before: Predecessor) -> None:
-        """Note on whom a train depends: on those before a train that begins there, too."""
+        """Note on whom a train depends: on those before a train that is not there, too."""
+        for one in self._chain(before):
+            self._dependents[one.row].add(row)
+
+    def _chain(self, before: Predecessor) -> Iterator[Predecessor]:
+        """Yield who is before on a track, up to the first one that is there or is to come."""
         while before.row >= 0:
-            self._dependents[before.row].add(row)
-            if self._asks_all or before.passage > 0:
+            yield before
+            if self._gone[before.row] and self._leaves_at_stop[before.row]:
+                before = self._ahead[before.row][before.passage]
+            elif before.passage == 0 and not self._entered[before.row]:
+                before = self._ahead[before.row][0]
+            else:
                 return
-            before = self._ahead[before.row][0]
 
     def _follow(self, rows: Iterable[int], time_s: float) -> None:
         for row in rows:
@@ -79,13 +96,16 @@ class Leaders:
         self._thrown.pop(row, None)
         way, befores, leader = self._ways[row], self._ahead[row], -1
         for number in range(0 if self._asks_all else self._at[row], len(way)):
+            if number > self._asked[row]:
+                self._end(row, number, NOTHING)
+                return
             blocker = self._blocker(row, number, time_s)
             if blocker is not None:
                 self._end(row, number, blocker)
                 return
             (ahead, passage), expected = self._ahead_now(befores[number])
             if ahead >= 0 and self._at[ahead] <= passage:
-                same_way = number == 0 or befores[number - 1].row == ahead
+                same_way = number == 0 or self._ahead_now(befores[number - 1])[0].row == ahead
                 granted = same_way or self._at[ahead] == passage
                 if leader < 0:
                     self.leader[row] = leader = ahead
@@ -100,11 +120,15 @@ class Leaders:
 
     def _ahead_now(self, before: Predecessor) -> tuple[Predecessor, int]:
         """Return the train ahead on a track, and the next one that will begin in between."""
-        expected = -1
-        while before.row >= 0 and before.passage == 0 and not self._entered[before.row]:
-            expected = before.row if expected < 0 else expected
-            before = self._ahead[before.row][0]
-        return before, expected
+        expected, ahead = -1, NO_PREDECESSOR
+        for one in self._chain(before):
+            if self._gone[one.row] and self._leaves_at_stop[one.row]:
+                continue
+            if one.passage > 0 or self._entered[one.row]:
+                ahead = one
+            elif expected < 0:
+                expected = one.row
+        return ahead, expected
 
     def _end(self, row: int, number: int, by: int) -> None:
         """End the way of a train before a passage."""
@@ -186,16 +210,75 @@ class Leaders:
             self._left_s[Predecessor(row, passage)] = time_s
         self._at[row] = len(self._ways[row])
         self.next_clear_m[row] = np.inf
+        self._gone[row] = True
         behind = self._dependents[row]
-        if self._world.leaves_at_stop[row]:
-            # Whoever it was following is not through yet: the trains behind it follow that one.
+        # Whoever it was following may not be through yet: the trains behind it follow that one.
+        for before in self._ahead[row]:
             for other in behind:
-                befores = self._ahead[other]
-                for number, (ahead, passage) in enumerate(befores):
-                    if ahead == row:
-                        befores[number] = self._ahead[row][passage]
-                        self._depend(other, befores[number])
+                self._depend(other, before)
         self._follow({row, *behind}, time_s)
+
+    def _next_ask_m(self, row: int) -> float:
+        """Return where a train asks for the next passage that has to be asked for. [m]"""
+        way = self._ways[row]
+        if self._asked[row] + 1 >= len(way):
+            return np.inf
+        return way[self._asked[row] + 1].entry_m - ASK_M
+
+    def ask(
+        self, front_m: FloatArray, stop_m: FloatArray, present: BoolArray, time_s: float
+    ) -> bool:
+        """
+        Let trains ask for the passages that they have come near to, nearest ones first.
+
+        Who has a stop to make before a passage asks for it when that stop is over.
+
+        Parameters
+        ----------
+        front_m
+            Fronts. [m], shape (n_trains,)
+        stop_m
+            Their next stops, or those at which they are held. [m], shape (n_trains,)
+        present
+            Trains on the line. shape (n_trains,)
+        time_s
+            Now. [s]
+
+        Returns
+        -------
+        bool
+            Whether anybody asked.
+        """
+        far_m = np.minimum(front_m, stop_m - ASK_M)
+        asking = np.flatnonzero(present & (far_m >= self.ask_m))
+        if self._first_come is None or not asking.size:
+            return False
+        concerned = set[int]()
+        for row in asking[np.argsort(self.ask_m[asking] - front_m[asking])].tolist():
+            while far_m[row] >= self.ask_m[row]:
+                self._asked[row] += 1
+                found = self._first_come.asked(row, self._asked[row], self._has_asked)
+                if found is not None:
+                    concerned |= self._reorder(found)
+                self.ask_m[row] = self._next_ask_m(row)
+            concerned |= {row, *self._dependents[row]}
+        self._follow(concerned, time_s)
+        return True
+
+    def _has_asked(self, row: int, number: int) -> bool:
+        return number <= self._asked[row] and (number > 0 or self._at[row] > 0)
+
+    def _reorder(self, found: Sequence[Precursors]) -> set[int]:
+        """Take over who goes before whom, and return the trains for which that is new."""
+        changed = set[int]()
+        for row, one in enumerate(found):
+            ahead = list(one.ahead)
+            if ahead != self._ahead[row] or one.waits != self._waits[row]:
+                changed.add(row)
+                self._ahead[row], self._waits[row] = ahead, one.waits
+                for before in (*ahead, *(b for waits in one.waits for b in waits)):
+                    self._depend(row, before)
+        return changed
 
     def thrown(self, time_s: float) -> bool:
         """

@@ -6,9 +6,10 @@ from itertools import pairwise
 import numpy as np
 
 from kankaku.railway.plan.line import Direction, Line, Turnout
-from kankaku.railway.plan.passing import orders, waiting_cycle
+from kankaku.railway.plan.passing import waiting_cycle
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.timetable import Timetable
+from kankaku.railway.plan.turns import orders
 from kankaku.scenarios.checks.check_timetable import (
     TimetableTables,
     calls_by_train,

@@ -13,6 +13,7 @@ from kankaku.scenarios.reading.row_formats import CallRow, QuantileRow
 from kankaku.scenarios.reading.schema import (
     ControllerEntry,
     RadioEntry,
+    RandomDisruptions,
     RollingStockFile,
     ScenarioFile,
     SweepEntry,
@@ -302,3 +303,34 @@ def _quantile_mistakes(table: Table[QuantileRow]) -> list[Mistake]:
                 problem = f"{row.level:g} is not the end of the distribution"
                 mistakes.append(table.mistake(row, "level", problem, f"{wanted:g}"))
     return mistakes
+
+
+def kind_mistakes(main: ScenarioFile, file: str, *, network: bool) -> list[Mistake]:
+    """
+    Return settings that this kind of line does not have.
+
+    Parameters
+    ----------
+    main
+        The main file.
+    file
+        Its name.
+    network
+        The line is a network, not a chain.
+
+    Returns
+    -------
+    list[Mistake]
+        The mistakes.
+    """
+    if not network:
+        if main.interlocking.order == "timetable":
+            return []
+        problem, allowed = "a chain has no turns to give", "timetable, or a line with nodes.csv"
+        return [Mistake(file, "interlocking.order", problem, allowed)]
+    unsupported = ("work_zones", "equipment_faults", "points_failures", "crossing_obstacles")
+    given = [key for key in unsupported if getattr(main, key)]
+    if main.random_disruptions != RandomDisruptions():
+        given.append("random_disruptions")
+    problem, allowed = "a network has no disruptions", "none, or a line without nodes.csv"
+    return [Mistake(file, key, problem, allowed) for key in given]

@@ -1,12 +1,16 @@
 """From a scenario folder to a scenario: the one place where field units become SI."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from kankaku.railway.motion.feasibility import assess
 from kankaku.railway.plan.dwell import DwellDelays, Overstay
+from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
+from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.scenario import MAIN_FILE, ControllerSpec, Published, Scenario, Sweep
+from kankaku.railway.plan.timetable import Timetable
 from kankaku.scenarios.checks.check_line import line_mistakes
 from kankaku.scenarios.checks.check_network import network_mistakes
 from kankaku.scenarios.checks.check_network_timetable import (
@@ -19,6 +23,7 @@ from kankaku.scenarios.checks.check_running import running_mistakes, running_war
 from kankaku.scenarios.checks.check_settings import (
     controller_mistakes,
     delay_mistakes,
+    kind_mistakes,
     radio_mistakes,
     step_mistakes,
     sweep_mistakes,
@@ -69,6 +74,8 @@ def load(folder: Path) -> Scenario:
     quantiles = _read_quantiles(reader, folder, main)
     reader.mistakes += _mistakes(line, timetable, stock)
     reader.mistakes += disruption_mistakes(main, line, timetable, MAIN_FILE)
+    if main:
+        reader.mistakes += kind_mistakes(main, MAIN_FILE, network=line.nodes.present)
     reader.mistakes += delay_mistakes(main, quantiles, timetable)
     reader.mistakes += folder_mistakes(folder)
     if reader.mistakes or main is None or stock is None:
@@ -78,17 +85,16 @@ def load(folder: Path) -> Scenario:
         raise ScenarioError(tuple(lost))
     train_types = to_train_types(stock)
     services = to_timetable(timetable, line, of_line, train_types, main.turn_back.minimum_s)
-    if fouling := standing_mistakes(of_line, services, train_types, timetable):
-        raise ScenarioError(tuple(fouling))
-    if stuck := order_mistakes(of_line, services, train_types, timetable):
-        raise ScenarioError(tuple(stuck))
+    _refuse_stuck(of_line, services, train_types, timetable)
     running = assess(of_line, train_types, services)
     if running.shortfalls:
         raise ScenarioError(tuple(running_mistakes(running, STOCK_FILE)))
+    first_come = main.interlocking.order == "first_come"
+    release_delay_s = main.train_detection.release_delay_s
     return Scenario(
         name=folder.resolve().name,
         title=main.title,
-        line=replace(of_line, release_delay_s=main.train_detection.release_delay_s),
+        line=replace(of_line, release_delay_s=release_delay_s, first_come=first_come),
         train_types=train_types,
         timetable=services,
         dwell_delays=_to_delays(main, quantiles, timetable),
@@ -116,6 +122,18 @@ def _mistakes(
         return network_mistakes(line) + network_timetable_mistakes(timetable, line, stock)
     mistakes = line_mistakes(line) + crossing_mistakes(line)
     return mistakes + timetable_mistakes(timetable, line, stock)
+
+
+def _refuse_stuck(
+    line: Line,
+    services: Timetable,
+    train_types: Mapping[str, TrainType],
+    timetable: TimetableTables,
+) -> None:
+    """Refuse trains that stand where others pass, or would wait for each other for ever."""
+    for mistakes_of in (standing_mistakes, order_mistakes):
+        if found := mistakes_of(line, services, train_types, timetable):
+            raise ScenarioError(tuple(found))
 
 
 def _read_main(reader: Reader, folder: Path) -> tuple[schema.ScenarioFile | None, dict[str, Path]]:

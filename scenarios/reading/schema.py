@@ -159,6 +159,12 @@ class TurnBackSettings(Checked):
     minimum_s: float = Field(120.0, ge=0.0, le=7200.0)
 
 
+class InterlockingSettings(Checked):
+    """The table ``interlocking`` of ``scenario.toml``."""
+
+    order: Literal["timetable", "first_come"] = "timetable"
+
+
 class ScenarioFile(Checked):
     """The file ``scenario.toml``."""
 
@@ -173,6 +179,7 @@ class ScenarioFile(Checked):
     dwell_delays: DwellSettings | None = None
     train_detection: DetectionSettings = DetectionSettings()
     turn_back: TurnBackSettings = TurnBackSettings()
+    interlocking: InterlockingSettings = InterlockingSettings()
     radio: RadioEntry | None = None
     work_zones: tuple[WorkZoneEntry, ...] = Field((), strict=False, max_length=MOST)
     equipment_faults: tuple[EquipmentFaultEntry, ...] = Field((), strict=False, max_length=MOST)

@@ -10,12 +10,12 @@ from kankaku.railway.plan.passing import (
     Precursors,
     Predecessor,
     conflicting,
-    orders,
     passages,
     waiting_cycle,
 )
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.timetable import Service
+from kankaku.railway.plan.turns import orders
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from tests.networks import CALL, JUNCTION, LENGTH_M, TERMINAL, network, run_network
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 PROFILE = "railway/plan/profile.py"
 LEADERS = "railway/wayside/leaders.py"
 PASSING = "railway/plan/passing.py"
+TURNS = "railway/plan/turns.py"
 POINT_MACHINE = "railway/wayside/point_machine.py"
 LEVEL_CROSSING = "railway/wayside/level_crossing.py"
 LOOKING = "railway/wayside/looking.py"
@@ -50,20 +51,20 @@ NETWORK: tuple[Mutant, ...] = tuple(
             "opposing trains not waited for",
             "moving",
             (
-                PASSING,
-                "booked.order_on[one][-1] for one in ways_there - {track}",
-                "booked.order_on[one][-1] for one in ways_there - ways_there",
+                TURNS,
+                "waits[row][number] |= {one for other, one in last.items() if other != way}",
+                "waits[row][number] |= {one for other, one in last.items() if other == ()}",
             ),
             (
-                PASSING,
-                "if clash[pair]:",
-                "if clash[pair] and line.track_by_id[move[1]].direction < 0:",
+                TURNS,
+                "if clash[way, other]:",
+                "if clash[way, other] and line.track_by_id[way[1]].direction < 0:",
             ),
         ),
         _mutant(
             "conflicting ways not waited for",
             "moving atc",
-            (PASSING, "if clash[pair]:", "if False:"),
+            (TURNS, "if clash[way, other]:", "if False:"),
         ),
         _mutant(
             "ways that cross taken for parallel",
@@ -147,7 +148,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "leader off by one at a merge",
         "moving",
         (
-            PASSING,
+            TURNS,
             CHAINED,
             (
                 "tuple(\n"
@@ -163,7 +164,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "leader always row - 1",
         "moving",
         (
-            PASSING,
+            TURNS,
             CHAINED,
             (
                 "tuple(\n"
