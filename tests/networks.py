@@ -1,6 +1,6 @@
 """Small networks as files: a single track with a loop, a terminal, and a junction."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -280,11 +280,12 @@ def run_network(
     controller: Controller | None = None,
     protection: str = "moving_block",
     delays_s: Delays | None = None,
+    engine_of: Callable[[World, FloatArray, float], ToyEngine] = ToyEngine,
 ) -> tuple[RunRecord, Observed]:
     """Run a network over the plain engine; trains may overstay, by train and station. [s]"""
     world = world_of(scenario)
     delay_s = overstays_s(world, delays_s or {})
-    engine = Observed(ToyEngine(world, delay_s, scenario.step_s))
+    engine = Observed(engine_of(world, delay_s, scenario.step_s))
     spec = ControllerSpec("test", protection, operation, {}, {})
     whole = Run(world, delay_s, scenario.seed, scenario.patience_s, scenario.disruptions, LOSSLESS)
     record = simulate(whole, engine, controller or build(spec, world, LOSSLESS), all_meters(world))

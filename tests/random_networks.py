@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from hypothesis import assume
 from hypothesis import strategies as st
 
 from tests.networks import CALL, DWELL, LENGTH_M, MAIN, NODE, PLATFORM, STATION, STOCK, Files
@@ -174,6 +175,7 @@ def random_networks(draw: st.DrawFn) -> Files:
             origin = twin or last
             if twin is None:
                 direction = BOTH_WAYS[direction == "rising"]
+    assume(plan.services)
     return plan.files()
 
 

@@ -108,14 +108,18 @@ def precursors(line: Line, services: Sequence[Service], turns: Turns) -> tuple[P
     waits: list[list[set[Predecessor]]] = [[set() for _ in service.route] for service in services]
     ahead = [[NO_PREDECESSOR] * len(service.route) for service in services]
     for order in turns.on_track.values():
-        last: dict[tuple[str, ...], Predecessor] = {}
+        # Whoever ends there may be gone before those ahead of it have left.
+        latest = defaultdict[tuple[str, ...], list[Predecessor]](list)
         for row, number, way in order:
-            ahead[row][number] = last.get(way, NO_PREDECESSOR)
-            waits[row][number] |= {one for other, one in last.items() if other != way}
-            last[way] = Predecessor(row, number)
+            before = latest[way]
+            ahead[row][number] = before[-1] if before else NO_PREDECESSOR
+            for other, ones in latest.items():
+                waits[row][number].update(ones if other != way else ())
+            ends = number == len(services[row].route) - 1
+            latest[way] = [*(before if ends else ()), Predecessor(row, number)]
     clash: dict[tuple[tuple[str, ...], tuple[str, ...]], bool] = {}
     for order in turns.at_points.values():
-        last = {}
+        last: dict[tuple[str, ...], Predecessor] = {}
         for row, number, way in order:
             for other, one in last.items():
                 if (way, other) not in clash:
