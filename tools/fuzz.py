@@ -37,7 +37,15 @@ from tools.mutations import mutate
 from tools.small_lines import small_line
 
 PROJECT = Path(__file__).parents[1]
-SHIPPED = ("sakai_case1", "atd_headway", "eco_driving", "control_map")
+SHIPPED = (
+    "sakai_case1",
+    "atd_headway",
+    "eco_driving",
+    "control_map",
+    "terminal",
+    "single_track",
+    "loop_line",
+)
 BESIDE = ("sakai_case1", "rush_hour", "control_map")
 """Folders that shipped scenarios name."""
 LOAD_S, RUN_S = 20.0, 240.0

@@ -34,8 +34,11 @@ def direction_of(tables: LineTables, calls: Sequence[CallRow]) -> Direction:
     Returns
     -------
     Direction
-        By the stations of its first and last call; by the track where it has one call only.
+        By the stations of its first and last call; by the track where it has one call only; rising
+        where it has none.
     """
+    if not calls:
+        return Direction.RISING
     at_km = {station.id: station.chainage_km for station in tables.stations}
     run_km = at_km.get(calls[-1].station, 0.0) - at_km.get(calls[0].station, 0.0)
     if run_km:
