@@ -5,7 +5,7 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds steps limits reserve losses fuzz kills mutants results docs clean
+.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds terminals steps limits reserve losses fuzz kills mutants results docs clean
 
 # A target makes its results anew: after an edit of the program earlier runs are refused.
 rush-hour: $(READY)
@@ -62,6 +62,10 @@ bench: $(READY)
 # Twenty seeds of every controller, for means and confidence intervals; goes on where it was ended.
 seeds: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour --seeds 20 --out out/seeds
+
+# How close trains can turn back at a terminal, by the number of its platform tracks.
+terminals: $(READY)
+	$(BIN)/python -m tools.terminals
 
 # How the indicators depend on the step.
 steps: $(READY)
