@@ -48,6 +48,7 @@ class Plan:
     rails: list[Rail]
     nodes: list[str]
     stations: dict[str, float]
+    order: str = "timetable"
     services: list[str] = field(default_factory=list)
     routes: list[str] = field(default_factory=list)
     calls: list[str] = field(default_factory=list)
@@ -65,8 +66,9 @@ class Plan:
             f"{r.id},{r.from_node},{r.to_node},{r.direction},{r.across:g},{r.resource}"
             for r in self.rails
         ]
+        main = MAIN.replace("patience_min = 30.0", "patience_min = 120.0")
         return {
-            "scenario.toml": MAIN.replace("patience_min = 30.0", "patience_min = 120.0"),
+            "scenario.toml": f'{main}\n[interlocking]\norder = "{self.order}"\n',
             "rolling_stock.toml": STOCK,
             "stations.csv": STATION + "".join(f"{n},{n},{n},{km:.3f},139,35\n" for n, km in places),
             "dwell_stations.csv": DWELL + "".join(f"{name},10,10,1\n" for name in self.stations),
@@ -158,6 +160,7 @@ def _branch(plan: Plan, side: str, node: int, ends_km: Sequence[float], directio
 def random_networks(draw: st.DrawFn) -> Files:
     """Draw a network with trains at random times on random ways; some go on as others."""
     plan = draw(random_plans())
+    plan.order = draw(st.sampled_from(["timetable", "timetable", "first_come"]))
     number = 0
     for _ in range(draw(st.integers(1, 4))):
         ready_s, origin, direction = START_S + draw(st.integers(0, 600)), None, draw(_direction)

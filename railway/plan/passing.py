@@ -215,6 +215,13 @@ class _Waiting:
             comes, front_m = (row, number - 1, 1), way[number - 1].clear_m + self._spacing_m
         else:
             comes, front_m = enters, service.calls[0].stop_m
+            ahead, stock = order.ahead[0], self._stock_of.get(row, row)
+            if ahead.row not in {NOBODY, stock}:
+                # Whoever goes by before must have come; stock that is there cannot let it by.
+                yield (
+                    enters,
+                    (ahead.row, ahead.passage, 1) if stock != row else self._enters(*ahead),
+                )
         leaves, stop_m = (row, number + 1, 0), end_m
         if number == last:
             leaves, stop_m = clears, service.calls[-1].stop_m
