@@ -258,7 +258,7 @@ class Reader:
         times = Counter(header)
         unknown = [name for name in times if name not in wanted]
         for name in unknown[:3]:
-            left = [column for column in wanted if column not in header]
+            left = [column for column in wanted if name and column not in header]
             problem = f"unknown column {shown(name)}" if name else "a column without a name"
             place = row_place(1, printable(name[:40]))
             self._fault(path, place, problem, meant(name, left or wanted))
