@@ -52,8 +52,8 @@ NETWORK: tuple[Mutant, ...] = tuple(
             "moving",
             (
                 TURNS,
-                "waits[row][number] |= {one for other, one in last.items() if other != way}",
-                "waits[row][number] |= {one for other, one in last.items() if other == ()}",
+                "waits[row][number].update(ones if other != way else ())",
+                "waits[row][number].update(ones if other == () else ())",
             ),
             (
                 TURNS,
