@@ -125,7 +125,7 @@ def _draw_tracks(axes: Axes, line: Line, tracks: Sequence[Track], scale: _Scale)
     zone = {turnout.node: turnout for turnout in line.turnouts}
     ways: dict[str, list[Track]] = {}
     for track in tracks:
-        ways.setdefault(track.id.rstrip("~"), []).append(track)
+        ways.setdefault(track.physical, []).append(track)
     for name, both in ways.items():
         track = both[0]
         start_m, end_m = _ends_m(line, track)

@@ -24,7 +24,7 @@ class GrantedPoints(Machine):
         super().__init__(world, ends_m, (), np.zeros(world.size, dtype=np.bool_))
 
     def update(self, scene: Scene) -> None:
-        """Do nothing: nobody waits for what is not asked for."""
+        """Do nothing: who may pass is granted elsewhere."""
 
 
 class PointMachine(Machine):

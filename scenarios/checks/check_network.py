@@ -80,7 +80,7 @@ def _node_mistakes(line: LineTables) -> list[Mistake]:
 def _link_mistakes(line: LineTables) -> list[Mistake]:
     table = line.links
     nodes = {node.id: node for node in line.nodes}
-    mistakes = _twice(table)
+    mistakes = duplicates(table)
     for row in table:
         for column in ("from_node", "to_node"):
             name = getattr(row, column)
@@ -93,17 +93,6 @@ def _link_mistakes(line: LineTables) -> list[Mistake]:
                 problem = f"node {row.to_node!r} does not lie after {row.from_node!r}"
                 mistakes.append(table.mistake(row, "to_node", problem, f"above km {start_km:g}"))
     return mistakes + _side_mistakes(line, nodes)
-
-
-def _twice(table: Table[LinkRow]) -> list[Mistake]:
-    first: dict[str, int] = {}
-    mistakes = []
-    for row in table:
-        if row.id in first:
-            problem = f"{row.id!r} stands in row {first[row.id]} already"
-            mistakes.append(table.mistake(row, "id", problem, "every id once"))
-        first.setdefault(row.id, row.row)
-    return mistakes
 
 
 def _side_mistakes(line: LineTables, nodes: dict[str, NodeRow]) -> list[Mistake]:

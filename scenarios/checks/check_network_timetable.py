@@ -255,7 +255,10 @@ def order_mistakes(
     cycle = waiting_cycle(line, found, orders(line, found), length_m)
     if not cycle:
         return []
-    steps = dict.fromkeys((found[r].train, found[r].route[n].rstrip("~")) for r, n in cycle)
+    track_of = line.track_by_id
+    steps = dict.fromkeys(
+        (found[row].train, track_of[found[row].route[number]].physical) for row, number in cycle
+    )
     told = ", ".join(f"{train} at {track}" for train, track in list(steps)[:6])
     problem = f"trains would wait for each other for ever: {told}"
     allowed = "booked times in whose order everybody can go on"

@@ -83,7 +83,8 @@ def duplicates(
     | Table[CrossingRow]
     | Table[BlockRow]
     | Table[CircuitRow]
-    | Table[NodeRow],
+    | Table[NodeRow]
+    | Table[LinkRow],
 ) -> list[Mistake]:
     """
     Return a mistake for every identifier that occurs a second time.
