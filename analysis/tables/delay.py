@@ -23,7 +23,8 @@ import numpy as np
 import pandas as pd
 
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.motion.run_curve import fastest_run
+from kankaku.railway.motion.run_curve import driven_along
+from kankaku.railway.motion.way import way_on
 from kankaku.railway.plan.world import World
 
 AFFECTED_S = 10.0
@@ -49,7 +50,7 @@ class Propagation(NamedTuple):
 
 def technical_run_times_s(world: World) -> FloatArray:
     """
-    Return the shortest run time to each call from the one before, by the line and the train.
+    Return the run time to each call from the one before, by the line and how trains are driven.
 
     Parameters
     ----------
@@ -59,10 +60,12 @@ def technical_run_times_s(world: World) -> FloatArray:
     Returns
     -------
     FloatArray
-        Start to standstill; nan at origins and past the last call.
+        From when the train may depart to its standstill, nobody in its way; nan at origins and
+        past the last call.
         [s], shape (n_trains, n_calls_max)
     """
     known: dict[tuple[int, float, float], float] = {}
+    profile, lag_s = world.driven_profile, world.departure_lag_s
     times_s = np.full((world.size, world.stop_m.shape[1] - 1), np.nan)
     for row in range(world.size):
         kind = int(world.type_index[row])
@@ -70,9 +73,9 @@ def technical_run_times_s(world: World) -> FloatArray:
             start_m, stop_m = world.stop_m[row, column - 1 : column + 1].tolist()
             key = (kind, start_m, stop_m)
             if key not in known:
-                run = fastest_run(world.line_of(row), world.train_types[kind], start_m, stop_m)
-                known[key] = float(run.run_time_s)
-            times_s[row, column] = known[key]
+                way = way_on(profile, kind, world.driven_types[kind], (start_m, stop_m))
+                known[key] = driven_along(way, profile.coasting_band_mps).run_time_s
+            times_s[row, column] = lag_s[row] + known[key]
     return times_s
 
 

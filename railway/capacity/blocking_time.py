@@ -192,7 +192,7 @@ def needed_eoa_m(
         return foresight.permitted_mps(row, front_m, eoa_m) >= wanted_mps
 
     enough_m = _first(is_enough, front_m, far_m, EXACT_M / 8.0)
-    profile = foresight.profile
+    profile = world.profile
     potential = profile.potential_m2ps2[world.type_index[row]]
     used_up = np.interp(front_m, profile.grid_m, potential) + 0.5 * np.square(speed_mps)
     stands_m = np.interp(used_up, potential, profile.grid_m)

@@ -1,6 +1,6 @@
 """Train types: traction, running resistance, braking, masses, lengths, and electrical losses."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,22 @@ class Traction:
     starting_force_n: float
     power_speed_mps: float
     characteristic_speed_mps: float
+
+    def scaled(self, share: float) -> "Traction":
+        """
+        Return the traction of a train of which a share is used.
+
+        Parameters
+        ----------
+        share
+            Of the force at any speed. [-]
+
+        Returns
+        -------
+        Traction
+            The same where all is used.
+        """
+        return replace(self, starting_force_n=share * self.starting_force_n)
 
     def force_n(self, speed_mps: FloatArray) -> FloatArray:
         """
@@ -133,6 +149,14 @@ class TrainType:
     emergency_brake_mps2: float
     maximum_speed_mps: float
     supply: PowerSupply
+    jerk_mps3: float = float("inf")
+    """Greatest change of the acceleration with traction and service brake. [m/s3]"""
+    brake_build_up_s: float = 0.0
+    """From nothing to the whole brake, service or emergency; the force rises evenly. [s]"""
+    safety_factor: float = 1.0
+    """Braking distances count as so many times what they are where safety needs them. [-]"""
+    overspeed_mps: float = 0.0
+    """A train counts as so much faster where safety needs its braking distance. [m/s]"""
 
     @property
     def inertial_mass_kg(self) -> float:
@@ -143,6 +167,11 @@ class TrainType:
     def gravity_ratio(self) -> float:
         """Share of a gradient's pull that accelerates the train, rotating parts counted. [-]"""
         return 1.0 / (1.0 + self.rotating_mass_ratio)
+
+    @property
+    def brake_rise_s(self) -> float:
+        """From nothing to the whole service brake, the jerk limit kept. [s]"""
+        return max(self.brake_build_up_s, self.service_brake_mps2 / self.jerk_mps3)
 
     @property
     def starting_acceleration_mps2(self) -> float:

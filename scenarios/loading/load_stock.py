@@ -1,5 +1,6 @@
 """The file of train types to train types in SI units."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -82,4 +83,8 @@ def _to_train_type(name: str, entry: schema.TrainEntry) -> TrainType:
             regeneration_cutoff_mps=supply.regeneration_cutoff_kmh / 3.6,
             auxiliary_w=1000.0 * supply.auxiliary_kw,
         ),
+        jerk_mps3=math.inf if entry.jerk_mps3 is None else entry.jerk_mps3,
+        brake_build_up_s=entry.brake_build_up_s,
+        safety_factor=entry.safety_factor,
+        overspeed_mps=entry.overspeed_kmh / 3.6,
     )
