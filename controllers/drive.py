@@ -14,8 +14,8 @@ from kankaku.controllers.manner import (
     lag_mps,
     manner_from,
     manner_of,
+    own_ceiling_mps,
 )
-from kankaku.controllers.protection.ceiling import ceiling_ahead_mps
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.motion.kinematics import next_speed_mps
@@ -75,6 +75,8 @@ class Stops(NamedTuple):
 
     from_m: FloatArray
     """Where a train departs from; not a number before its first call. [m]"""
+    booked_s: FloatArray
+    """When it is booked to. [s]"""
     stop_m: FloatArray
     v2_m2ps2: FloatArray
     """Twice the brake potential there. [m2/s2]"""
@@ -109,10 +111,13 @@ class TractionDrive:
         )
         self._manner = plain(manner_of(world))
         nowhere_m = np.full(world.size, np.nan)
-        self._stops = plain(Stops(nowhere_m, nowhere_m, nowhere_m))
+        self._stops = plain(Stops(nowhere_m, nowhere_m, nowhere_m, nowhere_m))
         self._calls_version = NO_VERSION
         self._drivers = Drivers(
-            np.zeros(world.size), np.zeros(world.size, dtype=np.bool_), np.full(world.size, np.inf)
+            np.zeros(world.size),
+            np.zeros(world.size, dtype=np.bool_),
+            np.zeros(world.size, dtype=np.bool_),
+            np.full(world.size, np.inf),
         )
 
     def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
@@ -122,7 +127,8 @@ class TractionDrive:
             v2_m2ps2 = braking_v2_each(self._braking, self._rows, state.stop_m)
             last = np.maximum(state.next_call - 1, 0)
             from_m = np.where(state.next_call > 0, self._world.stop_m[self._rows, last], np.nan)
-            self._stops = plain(Stops(from_m, state.stop_m, v2_m2ps2))
+            booked_s = self._world.booked_departure_s[self._rows, last]
+            self._stops = plain(Stops(from_m, booked_s, state.stop_m, v2_m2ps2))
         asked = (
             authority.eoa_m,
             authority.delay_s,
@@ -176,13 +182,15 @@ def _command(
             bound[train] = EMERGENCY
             continue
         motion = front_m, speed, gained, loss
+        departs = speed == 0.0 and abs(front_m - stops.from_m[train]) < AT_STOP_M
+        if departs:
+            drivers.hurries[train] = now_s > stops.booked_s[train] + manner.late_after_s
         _bound(bounds, train, motion, asked, stops, (able, manner), drivers)
         kept = max(bounds[LIMIT, train], hardest)
         wish = eased_mps(bounds[:, train], train, motion, manner)
         next_mps[train] = max(min(wish, kept), 0.0)
         eoa_m, eoa_by, stop_m = asked.eoa_m[train], asked.eoa_by[train], stops.stop_m[train]
         bound[train] = _lowest(bounds[:, train], eoa_m, eoa_by, stop_m, able.far_m)
-        departs = speed == 0.0 and abs(front_m - stops.from_m[train]) < AT_STOP_M
         may = departs and next_mps[train] > 0.0
         if manner.reaction_s > 0.0 and not has_reacted(now_s, train, may, manner, drivers):
             next_mps[train], bound[train] = 0.0, STOP
@@ -205,9 +213,9 @@ def _bound(  # noqa: PLR0917 - compiled functions take plain arrays
     pulled = pulled_mps(manner.ceiling.traction, train, front_m, speed)
     ceiling, advised = asked.ceiling_mps[train], asked.advised_mps[train]
     if manner.keeps_ceiling:
-        lag = lag_mps(manner, train, gained, loss - manner.gentler_mps2[train] * able.step_s)
-        own = ceiling_ahead_mps(manner.ceiling, train, front_m, speed, lag)
-        if manner.band_mps > 0.0:
+        gentle = loss - manner.gentler_mps2[train] * able.step_s
+        own = own_ceiling_mps(manner, drivers, train, motion, gentle)
+        if manner.band_mps > 0.0 and not drivers.hurries[train]:
             held = min(own, ceiling, advised)
             if coasts(manner, drivers, train, (speed, pulled), held):
                 pulled = coasted_mps(manner.ceiling.traction, train, speed, pulled)

@@ -11,9 +11,15 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from kankaku.controllers.protection.ceiling import CeilingFigures, ceiling_figures, figures_of
+from kankaku.controllers.protection.ceiling import (
+    CeilingFigures,
+    ceiling_ahead_mps,
+    ceiling_figures,
+    figures_of,
+)
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.compiled import Plain, compiled
+from kankaku.railway.plan.limit_table import LimitTable
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Bound
 
@@ -28,7 +34,11 @@ class Manner(NamedTuple):
     """How trains are driven, and how soon they answer; arrays of shape (n_trains,)."""
 
     ceiling: CeilingFigures
-    """The line as it is driven on, and the traction in use."""
+    """The line as it is driven on by trains that are late, and the traction in use."""
+    unhurried: LimitTable
+    """The limits of the line as it is driven on by trains that are not."""
+    late_after_s: float
+    """Who departs so much later than booked is late. [s]"""
     keeps_ceiling: bool
     """Whether that may be lower than the ceilings of the protection, or braked for earlier."""
     gentler_mps2: FloatArray
@@ -53,6 +63,8 @@ class Drivers(NamedTuple):
     before_mps: FloatArray
     """Speed a step ago. [m/s]"""
     coasts: BoolArray
+    hurries: BoolArray
+    """Who departed late."""
     may_s: FloatArray
     """Since when a train at its stop may depart; infinite for all others. [s]"""
 
@@ -82,6 +94,8 @@ def manner_of(world: World) -> Manner:
     driven_mps2 = np.minimum(service_mps2, style.station_brake_mps2)
     return Manner(
         ceiling_figures(world, world.driven_profile, step_s, world.driven_types),
+        world.unhurried_profile.limit_table,
+        style.late_after_s,
         bool(style.lowers or np.isfinite(rise_mps3).any()),
         service_mps2 - driven_mps2,
         style.coasting_band_mps,
@@ -109,10 +123,11 @@ def manner_from(fields: Plain) -> Manner:
     Manner
         The same.
     """
-    ceiling, keeps, gentler, band, reaction, jerk, rise, hard, factor, over = fields
-    return Manner(
-        figures_of(ceiling), keeps, gentler, band, reaction, jerk, rise, hard, factor, over
+    ceiling, unhurried, late, keeps, gentler, band, reaction, jerk, rise, hard, factor, over = (
+        fields
     )
+    answers = late, keeps, gentler, band, reaction, jerk, rise, hard, factor, over
+    return Manner(figures_of(ceiling), LimitTable(*unhurried), *answers)
 
 
 @compiled
@@ -182,6 +197,39 @@ def eased_mps(bounds_mps: FloatArray, train: int, motion: Motion, manner: Manner
                 left = jerk * (math.sqrt(0.25 + 2.0 * left / jerk) - 0.5)
             wish = min(wish, speed + left)
     return float(max(wish, least))
+
+
+@compiled
+def own_ceiling_mps(
+    manner: Manner, drivers: Drivers, train: int, motion: Motion, braked_mps: float
+) -> float:
+    """
+    Return how fast a driver wants to be at the end of a step.
+
+    Parameters
+    ----------
+    manner
+        How trains are driven.
+    drivers
+        What drivers remember.
+    train
+        Row of the train.
+    motion
+        How it moves.
+    braked_mps
+        Speed that its brake for limits takes in a step. [m/s]
+
+    Returns
+    -------
+    float
+        By limits and driven speeds, braked for in time. [m/s]
+    """
+    front_m, speed, gained, _ = motion
+    lag, line = lag_mps(manner, train, gained, braked_mps), manner.ceiling
+    if drivers.hurries[train]:
+        return ceiling_ahead_mps(line, train, front_m, speed, lag)
+    kept = CeilingFigures(line.braking, manner.unhurried, line.traction, line.reach_m)
+    return ceiling_ahead_mps(kept, train, front_m, speed, lag)
 
 
 @compiled

@@ -32,13 +32,24 @@ class DrivingStyle:
     """From when a train may depart until it moves. [s]"""
     driven_speeds: bool = False
     """Drivers keep to the driven speeds of the line, too."""
+    late_after_s: float = float("inf")
+    """Who departs later than this hurries: no coasting, no driven speeds. [s]"""
 
     @property
     def lowers(self) -> bool:
         """Whether it leaves anything of trains or line unused."""
         used = self.traction_share, self.station_brake_mps2, self.below_limit_mps
-        whole = self.driven_speeds is False and self.coasting_band_mps == 0.0
-        return used != (1.0, float("inf"), 0.0) or not whole
+        return used != (1.0, float("inf"), 0.0) or self.idles
+
+    @property
+    def idles(self) -> bool:
+        """Whether a train that is not late is slower than it could be in this style."""
+        return self.driven_speeds or self.coasting_band_mps > 0.0
+
+    @property
+    def hurries(self) -> bool:
+        """Whether a train that is late is faster than one that is not."""
+        return self.idles and self.late_after_s < float("inf")
 
     def train(self, train: TrainType) -> TrainType:
         """
@@ -61,7 +72,7 @@ class DrivingStyle:
             maximum_speed_mps=self._kept_mps(train.maximum_speed_mps),
         )
 
-    def line(self, line: Line) -> Line:
+    def line(self, line: Line, *, hurried: bool) -> Line:
         """
         Return a line as drivers keep to it.
 
@@ -69,6 +80,8 @@ class DrivingStyle:
         ----------
         line
             The line as trains meet it.
+        hurried
+            For trains that are late.
 
         Returns
         -------
@@ -76,7 +89,7 @@ class DrivingStyle:
             The same with other limits.
         """
         kept = [replace(one, limit_mps=self._kept_mps(one.limit_mps)) for one in line.limits]
-        driven = line.driven_speeds if self.driven_speeds else ()
+        driven = line.driven_speeds if self.driven_speeds and not hurried else ()
         limits = sorted((*kept, *driven), key=lambda limit: (limit.start_m, limit.end_m))
         return replace(line, limits=tuple(limits))
 

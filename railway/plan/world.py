@@ -104,12 +104,12 @@ class World:
 
     @cached_property
     def driven_profile(self) -> Profile:
-        """The line as the trains are driven on it, nobody in their way."""
+        """The line as trains are driven on it when they are late, if that makes any difference."""
         return self.driven() if self.driving.lowers else self.profile
 
     def driven(self, buffers: Buffers = NO_BUFFERS) -> Profile:
         """
-        Tabulate the line as the trains are driven on it.
+        Tabulate the line as late trains are driven on it.
 
         Parameters
         ----------
@@ -123,9 +123,20 @@ class World:
         """
         if not self.driving.lowers:
             return self.tabulated(buffers)
-        lines = tuple(map(self.driving.line, self.lines))
+        return self._driven(buffers, hurried=self.driving.hurries)
+
+    @cached_property
+    def unhurried_profile(self) -> Profile:
+        """The line as trains are driven on it when they are not late, nobody in their way."""
+        return (
+            self._driven(NO_BUFFERS, hurried=False) if self.driving.hurries else self.driven_profile
+        )
+
+    def _driven(self, buffers: Buffers, *, hurried: bool) -> Profile:
+        lines = [self.driving.line(line, hurried=hurried) for line in self.lines]
         profile = build_profile(lines, self.driven_types, buffers)
-        return replace(profile, coasting_band_mps=self.driving.coasting_band_mps)
+        band_mps = 0.0 if hurried else self.driving.coasting_band_mps
+        return replace(profile, coasting_band_mps=band_mps)
 
     @cached_property
     def departure_lag_s(self) -> FloatArray:

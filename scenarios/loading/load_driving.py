@@ -34,4 +34,5 @@ def driving_style(main: schema.ScenarioFile, name: str) -> DrivingStyle:
         coasting_band_mps=entry.coasting_band_kmh / 3.6,
         departure_reaction_s=entry.departure_reaction_s,
         driven_speeds=entry.driven_speeds,
+        late_after_s=math.inf if entry.late_after_s is None else entry.late_after_s,
     )

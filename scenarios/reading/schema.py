@@ -175,6 +175,7 @@ class DrivingStyleEntry(Checked):
     coasting_band_kmh: float = Field(0.0, ge=0.0, le=60.0)
     departure_reaction_s: float = Field(0.0, ge=0.0, le=30.0)
     driven_speeds: bool = False
+    late_after_s: float | None = Field(None, ge=0.0, le=600.0)
 
 
 class ScenarioFile(Checked):
