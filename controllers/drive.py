@@ -172,9 +172,11 @@ def _command(
         gained = speed - drivers.before_mps[train] if speed > 0.0 else 0.0
         drivers.before_mps[train] = speed
         loss = braking_loss_mps(able.braking, train, front_m, speed, able.step_s)
-        hardest = speed - min(
-            loss + able.emergency_extra_mps[train], manner.hard_mps[train] - gained
-        )
+        pulled = pulled_mps(manner.ceiling.traction, train, front_m, speed)
+        # On a climb that takes more than a net brake does, traction is all that there is.
+        braked = min(speed - loss, pulled)
+        hardest = min(speed - loss - able.emergency_extra_mps[train], pulled)
+        hardest = max(hardest, speed + gained - manner.hard_mps[train])
         if asked.emergency[train]:
             next_mps[train] = max(hardest, 0.0)
             bounds[:, train] = np.inf
@@ -185,9 +187,9 @@ def _command(
         departs = speed == 0.0 and abs(front_m - stops.from_m[train]) < AT_STOP_M
         if departs:
             drivers.hurries[train] = now_s > stops.booked_s[train] + manner.late_after_s
-        _bound(bounds, train, motion, asked, stops, (able, manner), drivers)
+        _bound(bounds, train, (motion, pulled), asked, stops, (able, manner), drivers)
         kept = max(bounds[LIMIT, train], hardest)
-        wish = eased_mps(bounds[:, train], train, motion, manner)
+        wish = eased_mps(bounds[:, train], train, (speed, gained, braked), manner)
         next_mps[train] = max(min(wish, kept), 0.0)
         eoa_m, eoa_by, stop_m = asked.eoa_m[train], asked.eoa_by[train], stops.stop_m[train]
         bound[train] = _lowest(bounds[:, train], eoa_m, eoa_by, stop_m, able.far_m)
@@ -201,16 +203,16 @@ def _command(
 def _bound(  # noqa: PLR0917 - compiled functions take plain arrays
     bounds: FloatArray,
     train: int,
-    motion: Motion,
+    moves: tuple[Motion, float],
     asked: Asked,
     stops: Stops,
     known: tuple[Abilities, Manner],
     drivers: Drivers,
 ) -> None:
     """Write the bounds of a train that does not brake in emergency."""
-    (able, manner), (front_m, speed, gained, loss) = known, motion
+    (able, manner), (motion, pulled) = known, moves
+    front_m, speed, gained, loss = motion
     here = braking_v2_at(able.braking, train, front_m)
-    pulled = pulled_mps(manner.ceiling.traction, train, front_m, speed)
     ceiling, advised = asked.ceiling_mps[train], asked.advised_mps[train]
     if manner.keeps_ceiling:
         gentle = loss - manner.gentler_mps2[train] * able.step_s

@@ -164,7 +164,9 @@ def lag_mps(manner: Manner, train: int, gained_mps: float, loss_mps: float) -> f
 
 
 @compiled
-def eased_mps(bounds_mps: FloatArray, train: int, motion: Motion, manner: Manner) -> float:
+def eased_mps(
+    bounds_mps: FloatArray, train: int, speeds_mps: tuple[float, float, float], manner: Manner
+) -> float:
     """
     Return the speed after a step that a driver makes of all bounds but those of safety.
 
@@ -174,19 +176,19 @@ def eased_mps(bounds_mps: FloatArray, train: int, motion: Motion, manner: Manner
         The bounds of the train. [m/s], shape (n_bounds,)
     train
         Its row.
-    motion
-        How it moves.
+    speeds_mps
+        Its speed, what it gained in the last step, and the least speed after this one by its
+        service brake. [m/s]
     manner
         How trains are driven.
 
     Returns
     -------
     float
-        Not lower than the service brake gets it. [m/s]
+        The speed. [m/s]
     """
-    _, speed, gained, loss = motion
+    speed, gained, least = speeds_mps
     wish, jerk = bounds_mps.min(), manner.jerk_mps[train]
-    least = speed - loss
     if manner.rise_mps[train] < np.inf:
         least = max(least, speed + gained - manner.rise_mps[train])
         if jerk < np.inf:
