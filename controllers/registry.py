@@ -32,6 +32,7 @@ from kankaku.controllers.operation.two_stage import TwoStage, TwoStageOptions
 from kankaku.controllers.options import OptionError
 from kankaku.controllers.peers import PEERS, build_peer
 from kankaku.controllers.protection.atd import Atd, AtdOptions
+from kankaku.controllers.protection.digital_atc import DigitalAtc, DigitalAtcOptions
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
 from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
@@ -77,6 +78,11 @@ PROTECTIONS = Registry(
         ),
         "atd": Layer(
             Atd, AtdOptions, "one braking curve over the same blocks, as a fine staircase"
+        ),
+        "digital_atc": Layer(
+            DigitalAtc,
+            DigitalAtcOptions,
+            "one brake pattern worked out on board, to a stop point over the same circuits",
         ),
         "relative_braking": Layer(
             RelativeBraking,

@@ -163,6 +163,12 @@ def random_options(rng: np.random.Generator, protection: str) -> Mapping[str, An
             "control_brake_percent": float(rng.choice([60.0, 90.0, 100.0])),
             "idle_time_s": float(rng.choice([0.0, 1.5])),
         }
+    if protection == "digital_atc":
+        return {
+            "pattern_brake_percent": float(rng.choice([60.0, 90.0, 100.0])),
+            "idle_time_s": float(rng.choice([0.0, 2.0])),
+            "overlap_m": float(rng.choice([0.0, 25.0])),
+        }
     if protection == "relative_braking":
         # Just harder than the 1.3 m/s2 with which the train ahead does brake.
         return {"margin_m": 0.0, "leader_brake_kmhps": 4.69}
