@@ -131,7 +131,7 @@ Made = TypeVar("Made")
 OPERATION_PARTS = ("reasons", "initial", "advise")
 PROTECTION_PARTS = (
     *("separation", "promises", "initial", "authorise", "profile", "delay_s", "release_delay_s"),
-    *("idle_time_s", "eoa_behind_m", "permitted_mps"),
+    *("idle_time_s", "sighting_time_s", "eoa_behind_m", "permitted_mps"),
 )
 """What whoever runs a layer calls; see :mod:`kankaku.railway.step.control`."""
 

@@ -66,6 +66,7 @@ class DigitalAtc:
     """One brake pattern over fixed circuits, worked out on board."""
 
     separation = Separation.CIRCUITS
+    sighting_time_s = 0.0
     idle_time_s = 0.0
     """The pattern has the idle time in it. [s]"""
 

@@ -156,6 +156,8 @@ def random_options(rng: np.random.Generator, protection: str) -> Mapping[str, An
             "idle_time_s": float(rng.choice([0.0, 1.0, 2.0, 4.0])),
             "overlap_m": float(rng.choice([0.0, 10.0, 25.0])),
             "release_below_kmh": float(rng.choice([0.0, 3.0])),
+            "sighting_time_s": float(rng.choice([0.0, 0.0, 4.0, 10.0])),
+            "overlap_beyond_m": float(rng.choice([0.0, 0.0, 100.0])),
         }
     if protection == "atd":
         return {

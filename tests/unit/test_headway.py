@@ -246,8 +246,9 @@ def rush_hour() -> World:
 
 def test_on_the_rush_hour_line_every_method_is_closer_than_the_one_before(rush_hour: World) -> None:
     headways_s = []
+    late: dict[str, Any] = {name: {"idle_time_s": 2.0} for name in ("atd", "digital_atc")}
     for name in ("multi_step_atc", "atd", "digital_atc", "moving_block", "relative_braking"):
-        foresight = protection(rush_hour, name)
+        foresight = protection(rush_hour, name, **late.get(name, {}))
         journey = technical_journey(rush_hour, foresight.profile, 0)
         found = technical_headways(rush_hour, foresight, journey)
         headways_s.append([headway.headway_s for headway in found])
