@@ -108,6 +108,7 @@ class ControlMap:
     separation = Separation.STANDING
     delay_s = 0.0
     idle_time_s = 0.0
+    sighting_time_s = 0.0
 
     def __init__(self, world: World, options: ControlMapOptions, radio: RadioSpec) -> None:
         self._world, self._options, self._radio = world, options, radio

@@ -121,6 +121,7 @@ class Atd:
     """One braking curve over fixed blocks, sent as a staircase and followed smoothly."""
 
     separation = Separation.CIRCUITS
+    sighting_time_s = 0.0
     idle_time_s = 0.0
     """The patterns have the idle time in them. [s]"""
 

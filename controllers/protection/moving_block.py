@@ -124,6 +124,7 @@ class MovingBlock:
     separation = Separation.STANDING
     release_delay_s = 0.0
     idle_time_s = 0.0
+    sighting_time_s = 0.0
 
     def __init__(self, world: World, options: MovingBlockOptions) -> None:
         buffers = options.buffers(world)

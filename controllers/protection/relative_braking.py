@@ -61,6 +61,7 @@ class RelativeBraking:
     delay_s = 0.0
     release_delay_s = 0.0
     idle_time_s = 0.0
+    sighting_time_s = 0.0
 
     def __init__(self, world: World, options: RelativeBrakingOptions) -> None:
         self._world = world

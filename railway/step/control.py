@@ -94,6 +94,11 @@ class Foresight(Protocol):
         """Who is permitted less than it runs for no longer need not brake. [s]"""
         ...
 
+    @property
+    def sighting_time_s(self) -> float:
+        """So long before a lineside signal its driver acts on it; 0 with cab signals. [s]"""
+        ...
+
     def eoa_behind_m(
         self,
         row: int,
