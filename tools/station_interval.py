@@ -30,7 +30,7 @@ BUSIEST = {"southbound": 22, "northbound": 24}
 """Trains of the busiest hour on the whole line."""
 HOUR_S = 3600.0
 HEADER = (
-    "",
+    "at Akabane",
     "departure to arrival [s]",
     "simulated [s]",
     "headway with 54 s of dwell [s]",
@@ -99,7 +99,7 @@ def booked(dwell_s: float) -> Iterator[Interval]:
         One for each direction.
     """
     for direction, trains in BUSIEST.items():
-        name = f"booked, {direction}: {trains} trains an hour, {dwell_s:.0f} s of dwell"
+        name = f"booked {direction}, {trains} trains an hour, {dwell_s:.0f} s of dwell"
         yield Interval(name, HOUR_S / trains - dwell_s, None)
 
 
@@ -109,7 +109,7 @@ def main() -> None:
     pattern = chosen.scenario.timetable.services[pattern_of_peak(chosen.scenario.timetable).row]
     call = next(call for call in pattern.calls if call.station == STATION)
     dwell_s = call.departure_s - call.arrival_s
-    measured = Interval("measured, Otemachi", MEASURED_HEADWAY_S - MEASURED_DWELL_S, None)
+    measured = Interval("measured at Otemachi", MEASURED_HEADWAY_S - MEASURED_DWELL_S, None)
     rows = [*of_controllers(chosen), measured, *booked(dwell_s)]
     table = markdown(HEADER, [row.cells for row in rows]) + "\n"
     OUT.mkdir(exist_ok=True)
