@@ -173,6 +173,7 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
     """
     # No name in a file has a plus sign: that one comes from the command line.
     where = f"--controller {spec.name}" if "+" in spec.name else f"controllers.{spec.name}"
+    world = world.driven_as(spec.driving)
     if spec.peer is not None:
         try:
             return build_peer(spec.name, spec.peer, world)

@@ -130,7 +130,7 @@ class Atd:
         self._world = world
         self._options = options
         self.promises = Promises(options.overlap_m)
-        self.profile = world.profile
+        self.profile = world.driven_profile
         self.delay_s = 0.0
         self.release_delay_s = world.line.release_delay_s
         self._ceiling = LineCeiling(world, world.profile)

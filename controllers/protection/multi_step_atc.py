@@ -112,7 +112,7 @@ class MultiStepAtc:
         self._world = world
         self._options = options
         self.promises = Promises(options.overlap_m, idle_time_s=options.idle_time_s)
-        self.profile = world.profile
+        self.profile = world.driven_profile
         self.delay_s = 0.0
         self.release_delay_s = world.line.release_delay_s
         self.idle_time_s = options.idle_time_s

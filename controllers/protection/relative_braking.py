@@ -65,7 +65,7 @@ class RelativeBraking:
 
     def __init__(self, world: World, options: RelativeBrakingOptions) -> None:
         self._world = world
-        self.profile = world.profile
+        self.profile = world.driven_profile
         self._margin_m = options.margin_m
         self.promises = Promises(options.margin_m)
         self.ceiling = LineCeiling(world, world.profile)

@@ -190,7 +190,7 @@ def needed_eoa_m(
     if foresight.sighting_time_s:
         seen_m = np.minimum(front_m + speed_mps * foresight.sighting_time_s, world.far_m)
         enough_m = np.maximum(enough_m, _enough_m(world, foresight, row, seen_m, speed_mps)[1])
-    profile = foresight.profile
+    profile = world.profile
     potential = profile.potential_m2ps2[world.type_index[row]]
     used_up = np.interp(front_m, profile.grid_m, potential) + 0.5 * np.square(speed_mps)
     stands_m = np.interp(used_up, potential, profile.grid_m)

@@ -76,7 +76,7 @@ class Foresight(Protocol):
 
     @property
     def profile(self) -> Profile:
-        """The line with the ceilings that the protection enforces."""
+        """The line as trains are driven on it, within the ceilings that the protection enforces."""
         ...
 
     @property

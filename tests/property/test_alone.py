@@ -61,7 +61,7 @@ def scenario_of(
 
 def lateness_by_others_s(world: World, record: RunRecord) -> np.ndarray:
     times_s = technical_run_times_s(world)
-    alone_s = unhindered_arrivals_s(world, np.zeros(times_s.shape), times_s)
+    alone_s = unhindered_arrivals_s(world, np.zeros(record.arrival_s.shape), times_s)
     found: np.ndarray = (record.arrival_s - alone_s)[0, 1:]
     return found
 
