@@ -118,7 +118,16 @@ class CrossingRow(StretchRow):
 class LimitRow(StretchRow):
     """A row of ``limits.csv``."""
 
-    limit_kmh: Annotated[float, Cell, Field(ge=5.0, le=400.0)]
+    limit_kmh: Annotated[float, Cell, Field(ge=3.0, le=400.0)]
+    track: MaybeName = ""
+    train_type: MaybeName = ""
+
+
+@dataclass(frozen=True, slots=True)
+class DrivenSpeedRow(StretchRow):
+    """A row of ``driven_speeds.csv``: what drivers run at, where their style keeps to it."""
+
+    speed_kmh: Annotated[float, Cell, Field(ge=5.0, le=400.0)]
     track: MaybeName = ""
 
 
