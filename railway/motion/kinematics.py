@@ -86,7 +86,8 @@ def rising_speed_mps(
     :math:`v (a + b)^2 / 2 j b`, but for terms that do not grow with the speed. So after a step
     in which it gains :math:`v_1 - v_0` its front counts as further on by a delay of that kind,
 
-    .. math:: v_1^2 + l (v_0 + v_1) + 2 m v_1 + \frac{(l + v_1 - v_0)^2}{r} v_1 \le w
+    .. math:: v_1^2 + l (v_0 + v_1) + 2 m v_1 + \frac{u^2}{r} v_1
+        + \frac{u^3}{3 r^2} \max(\tfrac34 u - l, 0) \le w, \qquad u = l + v_1 - v_0
 
     with the speed :math:`r` by which a step of a rising brake takes more than the one before.
 
@@ -119,6 +120,11 @@ def rising_speed_mps(
         excess += missing * missing / rise_mps * after - square_m2ps2
         slope = 2.0 * after + loss_mps + 2.0 * lag_mps
         slope += missing * (missing + 2.0 * after) / rise_mps
+        # What does not grow with the speed counts only from a strong acceleration on.
+        over = 0.75 * missing - loss_mps
+        if over > 0.0:
+            excess += missing**3 * over / (3.0 * rise_mps**2)
+            slope += missing**2 * (over + 0.25 * missing) / rise_mps**2
         step = excess / slope
         after = max(after - step, braked)
         if step < NEAR_MPS:
