@@ -253,7 +253,7 @@ def _limits_of(
     held = [
         limit
         for limit in line.limits
-        if limit.concerns(train.id) and limit.limit_mps < train.maximum_speed_mps
+        if limit.train_type in {"", train.id} and limit.limit_mps < train.maximum_speed_mps
     ]
     entered_m = np.array(
         [float(buffers.front_limit_m(np.array(one.start_m), one.limit_mps)) for one in held]
