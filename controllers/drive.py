@@ -179,7 +179,12 @@ def _command(
         # On a climb that takes more than a net brake does, traction is all that there is.
         braked = min(speed - loss, pulled)
         hardest = min(speed - loss - able.emergency_extra_mps[train], pulled)
-        hardest = max(hardest, speed + gained - manner.hard_mps[train])
+        if manner.rise_mps[train] < np.inf:
+            # Traction is gone by the jerk limit at the latest, and the brake rises from nothing.
+            unbraked = min(gained, able.braking.service_mps2[train] * able.step_s - loss)
+            least = max(gained - manner.jerk_mps[train], unbraked - manner.rise_mps[train])
+            braked = max(braked, min(speed + least, pulled))
+            hardest = max(hardest, min(speed + unbraked - manner.hard_mps[train], pulled))
         if asked.emergency[train]:
             next_mps[train] = max(hardest, 0.0)
             bounds[:, train] = np.inf

@@ -152,15 +152,13 @@ def eased_mps(
     """
     speed, gained, least = speeds_mps
     wish, jerk = bounds_mps.min(), manner.jerk_mps[train]
-    if manner.rise_mps[train] < np.inf:
-        least = max(least, speed + gained - manner.rise_mps[train])
-        if jerk < np.inf:
-            wish = min(wish, speed + gained + jerk)
-            # The steps of an acceleration that fades by the jerk limit add up to what is left.
-            left = min(bounds_mps[CEILING], bounds_mps[ADVICE]) - speed
-            if left > 0.0:
-                left = jerk * (math.sqrt(0.25 + 2.0 * left / jerk) - 0.5)
-            wish = min(wish, speed + left)
+    if jerk < np.inf:
+        wish = min(wish, speed + gained + jerk)
+        # The steps of an acceleration that fades by the jerk limit add up to what is left.
+        left = min(bounds_mps[CEILING], bounds_mps[ADVICE]) - speed
+        if left > 0.0:
+            left = jerk * (math.sqrt(0.25 + 2.0 * left / jerk) - 0.5)
+        wish = min(wish, speed + left)
     return float(max(wish, least))
 
 

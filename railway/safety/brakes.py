@@ -36,7 +36,8 @@ class Brakes:
         """
         Return how much further trains run because their service brakes build up.
 
-        What of a brake is not there yet comes evenly, in its share of the build-up.
+        Traction is gone at once; what of a brake is not there yet comes evenly, in its share of
+        the build-up.
 
         Parameters
         ----------
@@ -52,20 +53,21 @@ class Brakes:
         Returns
         -------
         FloatArray
-            Beyond the braking distance; 0 for who stands before the brake is whole.
-            [m], same shape
+            Beyond the braking distance, by the rate of the brake; 0 for who stands before it is
+            whole. [m], same shape
         """
         build_up_s, rate_mps2 = self._build_up_s[rows], self._service_mps2[rows]
         whole_mps2 = rate_mps2 + self.gravity_mps2(rows) * slope
-        rise_s = build_up_s * np.clip((whole_mps2 + gained_mps2) / rate_mps2, 0.0, None)
+        rise_s = build_up_s * np.clip((whole_mps2 + gained_mps2) / rate_mps2, 0.0, 1.0)
         rising_mps3 = np.divide(
             rate_mps2, build_up_s, out=np.zeros(rows.size), where=build_up_s > 0.0
         )
         first_mps2 = whole_mps2 - rising_mps3 * rise_s
         then_mps = speed_mps - first_mps2 * rise_s - 0.5 * rising_mps3 * rise_s**2
         risen_m = (speed_mps - 0.5 * first_mps2 * rise_s - rising_mps3 * rise_s**2 / 6.0) * rise_s
-        further_m = risen_m + 0.5 * (np.square(then_mps) - np.square(speed_mps)) / whole_mps2
-        return np.where(then_mps > 0.0, further_m, 0.0)
+        further_m2ps2 = whole_mps2 * risen_m
+        further_m2ps2 += 0.5 * (np.square(then_mps) - np.square(speed_mps))
+        return np.where(then_mps > 0.0, further_m2ps2 / rate_mps2, 0.0)
 
     def gravity_mps2(self, rows: IntArray) -> FloatArray:
         """
