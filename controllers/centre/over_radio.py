@@ -21,6 +21,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from kankaku.controllers.ceiling import LineCeiling
 from kankaku.controllers.centre.reports import (
     Reports,
     emergency,
@@ -28,7 +29,6 @@ from kankaku.controllers.centre.reports import (
     radio_of,
     take_reports,
 )
-from kankaku.controllers.protection.ceiling import LineCeiling
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.plan.brake_table import braking_v2_each

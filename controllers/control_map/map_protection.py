@@ -22,6 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kankaku.controllers.ceiling import LineCeiling, braked_to_mps
 from kankaku.controllers.centre.reports import (
     Reports,
     emergency,
@@ -53,7 +54,6 @@ from kankaku.controllers.control_map.telegrams import COMMANDS, Sent, eoas_m, no
 from kankaku.controllers.control_map.train_order import order_of
 from kankaku.controllers.control_map.way_ahead import Grid, Obstructions
 from kankaku.controllers.options import OptionError
-from kankaku.controllers.protection.ceiling import LineCeiling, braked_to_mps
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import plain
 from kankaku.railway.plan.radio_spec import NEVER, TOLERANCE_S, RadioSpec

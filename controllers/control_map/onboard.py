@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kankaku.controllers.ceiling import LineCeiling, ceiling_ahead_mps, figures_of
 from kankaku.controllers.control_map.measuring import Aboard
 from kankaku.controllers.control_map.telegrams import Sent
-from kankaku.controllers.protection.ceiling import LineCeiling, ceiling_ahead_mps, figures_of
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.plan.brake_table import BrakeTable, braked_stop_m

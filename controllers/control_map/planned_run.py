@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.protection.ceiling import (
+from kankaku.controllers.ceiling import (
     CeilingFigures,
     ceiling_ahead_mps,
     ceiling_figures,

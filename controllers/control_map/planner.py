@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kankaku.controllers.ceiling import ceiling_here_mps
 from kankaku.controllers.control_map.planned_map import (
     MOST_OLD,
     Aims,
@@ -32,7 +33,6 @@ from kankaku.controllers.control_map.way_ahead import (
     lower_to_bands,
     lower_to_obstructions,
 )
-from kankaku.controllers.protection.ceiling import ceiling_here_mps
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import compiled
 from kankaku.railway.motion.traction_table import level_gain_mps

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kankaku.controllers.ceiling import LineCeiling, ceiling_ahead_mps, figures_of
 from kankaku.controllers.options import OptionError, require
 from kankaku.controllers.protection.atd_patterns import (
     Patterns,
@@ -24,7 +25,6 @@ from kankaku.controllers.protection.atd_patterns import (
     patterns_of,
     step_end_m,
 )
-from kankaku.controllers.protection.ceiling import LineCeiling, ceiling_ahead_mps, figures_of
 from kankaku.controllers.protection.fixed_block import detection_on
 from kankaku.controllers.protection.fuzzy import RuleBase, infer, rule_base
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray

@@ -17,14 +17,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.options import require
-from kankaku.controllers.protection.brake_pattern import brake_pattern_mps, pattern_v2_m2ps2
-from kankaku.controllers.protection.ceiling import (
+from kankaku.controllers.ceiling import (
     LineCeiling,
     braked_to_mps,
     ceiling_ahead_mps,
     figures_of,
 )
+from kankaku.controllers.options import require
+from kankaku.controllers.protection.brake_pattern import brake_pattern_mps, pattern_v2_m2ps2
 from kankaku.controllers.protection.fixed_block import detection_on
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain

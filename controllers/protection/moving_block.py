@@ -15,13 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.options import OptionError, require
-from kankaku.controllers.protection.ceiling import (
+from kankaku.controllers.ceiling import (
     LineCeiling,
     braked_to_mps,
     ceiling_ahead_mps,
     figures_of,
 )
+from kankaku.controllers.options import OptionError, require
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, count_up_to, plain
 from kankaku.railway.plan.buffers import Buffers, drifted_buffer_m, reaching_front_m

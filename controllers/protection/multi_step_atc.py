@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kankaku.controllers.ceiling import LineCeiling, ceiling_ahead_mps, figures_of
 from kankaku.controllers.options import OptionError, require
-from kankaku.controllers.protection.ceiling import LineCeiling, ceiling_ahead_mps, figures_of
 from kankaku.controllers.protection.code_doubts import never_shown
 from kankaku.controllers.protection.code_table import Braking, code_table
 from kankaku.controllers.protection.fixed_block import detection_on

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kankaku.controllers.ceiling import LineCeiling, braked_to_mps
 from kankaku.controllers.options import require
-from kankaku.controllers.protection.ceiling import LineCeiling, braked_to_mps
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.plan.brake_table import SPACING_M, BrakeTable, braking_v2_at

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kankaku.controllers.ceiling import LineCeiling
 from kankaku.controllers.centre.over_radio import HORIZON_S, OnAir, OverRadio
-from kankaku.controllers.protection.ceiling import LineCeiling
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from kankaku.controllers.registry import ControllerError, build
 from kankaku.railway.plan.radio_spec import LOSSLESS, Outage, RadioSpec
