@@ -125,22 +125,26 @@ def _command(
             continue
         speed, front_m = trains.speed_mps[train], trains.front_m[train]
         loss = braking_loss_mps(able.braking, train, front_m, speed, able.step_s)
+        pulled = pulled_mps(able.traction, train, front_m, speed)
+        # On a climb that takes more than a net brake does, traction is all that there is.
+        braked = min(speed - loss, pulled)
+        hardest = min(speed - loss - able.emergency_extra_mps[train], pulled)
         if asked.emergency[train]:
-            next_mps[train] = max(speed - loss - able.emergency_extra_mps[train], 0.0)
+            next_mps[train] = max(hardest, 0.0)
             bounds[:, train] = np.inf
             bounds[EMERGENCY, train] = next_mps[train]
             bound[train] = EMERGENCY
             continue
         here = braking_v2_at(able.braking, train, front_m)
         # Who cannot climb stands, held by the brake.
-        bounds[TRACTION, train] = max(pulled_mps(able.traction, train, front_m, speed), 0.0)
+        bounds[TRACTION, train] = max(pulled, 0.0)
         bounds[CEILING, train] = asked.ceiling_mps[train]
         bounds[ADVICE, train] = asked.advised_mps[train]
         bounds[LIMIT, train] = _to_end_mps(asked, able, train, front_m, speed, (here, loss))
         bounds[STOP, train] = next_speed_mps(speed, stops.v2_m2ps2[train] - here, loss, 0.0)
         bounds[EMERGENCY, train] = np.inf
-        wish = max(bounds[:, train].min(), speed - loss)
-        emergency = max(bounds[LIMIT, train], speed - loss - able.emergency_extra_mps[train])
+        wish = max(bounds[:, train].min(), braked)
+        emergency = max(bounds[LIMIT, train], hardest)
         next_mps[train] = max(min(wish, emergency), 0.0)
         eoa_m, eoa_by, stop_m = asked.eoa_m[train], asked.eoa_by[train], stops.stop_m[train]
         bound[train] = _lowest(bounds[:, train], eoa_m, eoa_by, stop_m, able.far_m)

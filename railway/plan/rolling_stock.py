@@ -1,10 +1,12 @@
 """Train types: traction, running resistance, braking, masses, lengths, and electrical losses."""
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray
+from kankaku.railway.plan.line import CURVE_RESISTANCE_M
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +21,12 @@ class Traction:
     starting_force_n: float
     power_speed_mps: float
     characteristic_speed_mps: float
+
+    @property
+    def bends_mps(self) -> tuple[float, ...]:
+        """Speeds at which the force bends. [m/s]"""
+        bends = self.power_speed_mps, self.characteristic_speed_mps
+        return tuple(speed for speed in bends if np.isfinite(speed))
 
     def force_n(self, speed_mps: FloatArray) -> FloatArray:
         """
@@ -38,6 +46,46 @@ class Traction:
         constant_power = np.minimum(1.0, self.power_speed_mps / speed)
         falling = np.minimum(1.0, self.characteristic_speed_mps / speed)
         return self.starting_force_n * constant_power * falling
+
+
+@dataclass(frozen=True, slots=True)
+class ForceTable:
+    """Wheel force against speed: linear between the speeds of a table, the last force held."""
+
+    speeds_mps: tuple[float, ...]
+    """Rising from 0. [m/s], length n"""
+    forces_n: tuple[float, ...]
+    """At these speeds. [N], length n"""
+
+    @property
+    def starting_force_n(self) -> float:
+        """Force at rest. [N]"""
+        return self.forces_n[0]
+
+    @property
+    def bends_mps(self) -> tuple[float, ...]:
+        """Speeds at which the force bends. [m/s]"""
+        return self.speeds_mps
+
+    def force_n(self, speed_mps: FloatArray) -> FloatArray:
+        """
+        Return the greatest tractive force.
+
+        Parameters
+        ----------
+        speed_mps
+            Speed. [m/s], any shape
+
+        Returns
+        -------
+        FloatArray
+            Force at the wheel rim. [N], same shape
+        """
+        return np.interp(speed_mps, self.speeds_mps, self.forces_n)
+
+
+AnyTraction: TypeAlias = Traction | ForceTable
+"""Wheel force against speed, however it is told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,12 +175,16 @@ class TrainType:
     mass_kg: float
     rotating_mass_ratio: float
     """Equivalent mass of the rotating parts over the mass. [-]"""
-    traction: Traction
+    traction: AnyTraction
     resistance: RunningResistance
     service_brake_mps2: float
     emergency_brake_mps2: float
     maximum_speed_mps: float
     supply: PowerSupply
+    curve_resistance_m: float = CURVE_RESISTANCE_M
+    """Curve resistance over weight, times the radius. [m]"""
+    net_brake: bool = False
+    """Brake rates are reached on any gradient; else they hold on the level, and gravity adds."""
 
     @property
     def inertial_mass_kg(self) -> float:
@@ -143,6 +195,11 @@ class TrainType:
     def gravity_ratio(self) -> float:
         """Share of a gradient's pull that accelerates the train, rotating parts counted. [-]"""
         return 1.0 / (1.0 + self.rotating_mass_ratio)
+
+    @property
+    def brake_gravity_ratio(self) -> float:
+        """Share of a gradient's pull that adds to the rate of a brake. [-]"""
+        return 0.0 if self.net_brake else self.gravity_ratio
 
     @property
     def starting_acceleration_mps2(self) -> float:

@@ -115,14 +115,15 @@ def _stretch_mistakes(
     stretches: Table[StretchRow] = table
     mistakes = length_mistakes(stretches)
     tracks = {link.resource or link.id for link in line.links}
-    by_track: dict[str, list[StretchRow]] = {}
+    by_track: dict[tuple[str, str], list[StretchRow]] = {}
     for stretch in table:
         track = stretch.track
         if track and track not in tracks and line.links.complete:
             problem = f"unknown track {track!r}"
             mistakes.append(table.mistake(stretch, "track", problem, meant(track, tracks)))
-        by_track.setdefault(track, []).append(stretch)
-    everywhere = by_track.pop("", [])
+        train_type = stretch.train_type if isinstance(stretch, LimitRow) else ""
+        by_track.setdefault((track, train_type), []).append(stretch)
+    everywhere = by_track.pop(("", ""), [])
     # Of limits the lowest counts; anything else is told once for every place.
     shared = [] if table is line.limits else everywhere
     for group in (everywhere, *by_track.values()):

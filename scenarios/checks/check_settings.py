@@ -1,4 +1,4 @@
-"""Cross-checks of train types, controllers, dwell delays and sweeps."""
+"""Cross-checks of controllers, dwell delays and sweeps."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
@@ -14,7 +14,6 @@ from kankaku.scenarios.reading.schema import (
     ControllerEntry,
     RadioEntry,
     RandomDisruptions,
-    RollingStockFile,
     ScenarioFile,
     SweepEntry,
 )
@@ -22,41 +21,6 @@ from kankaku.scenarios.reading.schema import (
 PAIR_OR_PEER = "both protection and operation, or peer alone"
 MOST_DELAYS = 1000
 """Runs of one controller in a sweep. [-]"""
-
-
-def rolling_stock_mistakes(stock: RollingStockFile, file: str) -> list[Mistake]:
-    """
-    Return contradictions within the train types.
-
-    Parameters
-    ----------
-    stock
-        The train types.
-    file
-        Name of their file.
-
-    Returns
-    -------
-    list[Mistake]
-        The mistakes.
-    """
-    mistakes = []
-    for name, train in stock.train.items():
-        if train.motor_mass_t > train.mass_t:
-            problem = f"{train.motor_mass_t:g} is more than the mass of the train"
-            place = f"train.{name}.motor_mass_t"
-            mistakes.append(Mistake(file, place, problem, f"up to {train.mass_t:g}"))
-        if train.emergency_brake_kmhps < train.service_brake_kmhps:
-            problem = f"{train.emergency_brake_kmhps:g} is weaker than the service brake"
-            place = f"train.{name}.emergency_brake_kmhps"
-            mistakes.append(Mistake(file, place, problem, f"from {train.service_brake_kmhps:g}"))
-        if train.traction.characteristic_speed_kmh < train.traction.power_speed_kmh:
-            problem = f"{train.traction.characteristic_speed_kmh:g} lies below power_speed_kmh"
-            place = f"train.{name}.traction.characteristic_speed_kmh"
-            mistakes.append(
-                Mistake(file, place, problem, f"from {train.traction.power_speed_kmh:g}")
-            )
-    return mistakes
 
 
 def step_mistakes(settings: ScenarioFile, file: str) -> list[Mistake]:

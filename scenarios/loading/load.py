@@ -29,6 +29,7 @@ from kankaku.scenarios.checks.check_settings import (
     sweep_mistakes,
     swept_delays_s,
 )
+from kankaku.scenarios.checks.check_stock import limit_mistakes
 from kankaku.scenarios.checks.check_timetable import (
     TimetableTables,
     timetable_mistakes,
@@ -88,7 +89,7 @@ def load(folder: Path) -> Scenario:
     _refuse_stuck(of_line, services, train_types, timetable)
     running = assess(of_line, train_types, services)
     if running.shortfalls:
-        raise ScenarioError(tuple(running_mistakes(running, STOCK_FILE)))
+        raise ScenarioError(tuple(running_mistakes(running, STOCK_FILE, train_types)))
     first_come = main.interlocking.order == "first_come"
     release_delay_s = main.train_detection.release_delay_s
     return Scenario(
@@ -118,9 +119,11 @@ def _mistakes(
     line: LineTables, timetable: TimetableTables, stock: schema.RollingStockFile | None
 ) -> list[Mistake]:
     """Return what is wrong between the files of line, timetable and fleet."""
+    mistakes = limit_mistakes(line, stock) if stock else []
     if line.nodes.present:
-        return network_mistakes(line) + network_timetable_mistakes(timetable, line, stock)
-    mistakes = line_mistakes(line) + crossing_mistakes(line)
+        mistakes += network_mistakes(line)
+        return mistakes + network_timetable_mistakes(timetable, line, stock)
+    mistakes += line_mistakes(line) + crossing_mistakes(line)
     return mistakes + timetable_mistakes(timetable, line, stock)
 
 

@@ -104,7 +104,13 @@ def to_line(tables: LineTables, name: str) -> Line:
         platforms=to_platforms(tables),
         turnouts=to_points(tables) if network else to_turnouts(tables),
         limits=tuple(
-            SpeedLimit(metres(row.start_km), metres(row.end_km), row.limit_kmh / 3.6, row.track)
+            SpeedLimit(
+                metres(row.start_km),
+                metres(row.end_km),
+                row.limit_kmh / 3.6,
+                row.track,
+                row.train_type,
+            )
             for row in sorted(tables.limits, key=lambda row: row.start_km)
         ),
         gradients=tuple(

@@ -117,8 +117,9 @@ class CrossingRow(StretchRow):
 class LimitRow(StretchRow):
     """A row of ``limits.csv``."""
 
-    limit_kmh: Annotated[float, Cell, Field(ge=5.0, le=400.0)]
+    limit_kmh: Annotated[float, Cell, Field(ge=3.0, le=400.0)]
     track: MaybeName = ""
+    train_type: MaybeName = ""
 
 
 @dataclass(frozen=True, slots=True)
