@@ -228,6 +228,8 @@ class Line:
     """Lowest and highest chainage of a network. [m]"""
     first_come: bool = False
     """In a network turns go to who comes first, not by the timetable, where that is safe."""
+    driven_speeds: tuple[SpeedLimit, ...] = ()
+    """What drivers run at by place, where their style keeps to it."""
 
     @cached_property
     def tracks(self) -> tuple[Track, ...]:

@@ -68,6 +68,8 @@ class Profile:
     """Service brake on the level. [m/s2], shape (n_types,)"""
     permitted_m2ps2: FloatArray | None = None
     """Half the square of what protection permits at the grid, if it is less. [m2/s2]"""
+    coasting_band_mps: float = 0.0
+    """From its ceiling a train coasts until it is slower by so much; 0 to hold it. [m/s]"""
 
     @property
     def end_m(self) -> float:

@@ -1,6 +1,6 @@
 """Train types: traction, running resistance, braking, masses, lengths, and electrical losses."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -21,6 +21,22 @@ class Traction:
     starting_force_n: float
     power_speed_mps: float
     characteristic_speed_mps: float
+
+    def scaled(self, share: float) -> "Traction":
+        """
+        Return the traction of a train of which a share is used.
+
+        Parameters
+        ----------
+        share
+            Of the force at any speed. [-]
+
+        Returns
+        -------
+        Traction
+            The same where all is used.
+        """
+        return replace(self, starting_force_n=share * self.starting_force_n)
 
     @property
     def bends_mps(self) -> tuple[float, ...]:
@@ -56,6 +72,22 @@ class ForceTable:
     """Rising from 0. [m/s], length n"""
     forces_n: tuple[float, ...]
     """At these speeds. [N], length n"""
+
+    def scaled(self, share: float) -> "ForceTable":
+        """
+        Return the traction of a train of which a share is used.
+
+        Parameters
+        ----------
+        share
+            Of the force at any speed. [-]
+
+        Returns
+        -------
+        ForceTable
+            The same where all is used.
+        """
+        return ForceTable(self.speeds_mps, tuple(share * force_n for force_n in self.forces_n))
 
     @property
     def starting_force_n(self) -> float:
@@ -181,6 +213,14 @@ class TrainType:
     emergency_brake_mps2: float
     maximum_speed_mps: float
     supply: PowerSupply
+    jerk_mps3: float = float("inf")
+    """Greatest change of the acceleration with traction and service brake. [m/s3]"""
+    brake_build_up_s: float = 0.0
+    """From nothing to the whole brake, service or emergency; the force rises evenly. [s]"""
+    safety_factor: float = 1.0
+    """Braking distances count as so many times what they are where safety needs them. [-]"""
+    overspeed_mps: float = 0.0
+    """A train counts as so much faster where safety needs its braking distance. [m/s]"""
     curve_resistance_m: float = CURVE_RESISTANCE_M
     """Curve resistance over weight, times the radius. [m]"""
     net_brake: bool = False
@@ -195,6 +235,12 @@ class TrainType:
     def gravity_ratio(self) -> float:
         """Share of a gradient's pull that accelerates the train, rotating parts counted. [-]"""
         return 1.0 / (1.0 + self.rotating_mass_ratio)
+
+    @property
+    @property
+    def brake_rise_s(self) -> float:
+        """From nothing to the whole service brake, the jerk limit kept. [s]"""
+        return max(self.brake_build_up_s, self.service_brake_mps2 / self.jerk_mps3)
 
     @property
     def brake_gravity_ratio(self) -> float:

@@ -20,6 +20,7 @@ from kankaku.scenarios.reading.files import Table
 from kankaku.scenarios.reading.mistakes import Mistake, meant
 from kankaku.scenarios.reading.row_formats import (
     CurveRow,
+    DrivenSpeedRow,
     GradientRow,
     LimitRow,
     StretchRow,
@@ -45,7 +46,7 @@ def line_mistakes(line: LineTables) -> list[Mistake]:
     mistakes = _track_mistakes(line) + station_mistakes(line) + platform_mistakes(line)
     mistakes += _turnout_mistakes(line) + block_mistakes(line) + circuit_mistakes(line)
     mistakes += point_mistakes(line)
-    for stretches in (line.limits, line.gradients, line.curves):
+    for stretches in (line.limits, line.driven_speeds, line.gradients, line.curves):
         mistakes += _stretch_mistakes(line, stretches)
     return mistakes
 
@@ -200,7 +201,8 @@ def _fouling_mistakes(
 
 
 def _stretch_mistakes(
-    line: LineTables, table: Table[LimitRow] | Table[GradientRow] | Table[CurveRow]
+    line: LineTables,
+    table: Table[LimitRow] | Table[DrivenSpeedRow] | Table[GradientRow] | Table[CurveRow],
 ) -> list[Mistake]:
     stretches: Table[StretchRow] = table
     extent_km, mistakes = line.extent_km, length_mistakes(stretches)

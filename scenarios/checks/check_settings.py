@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
 from kankaku.railway.places import name_problem
+from kankaku.railway.plan.driving_style import FASTEST
 from kankaku.railway.plan.radio_spec import keeps_pace
 from kankaku.railway.plan.scenario import MAIN_FILE
 from kankaku.scenarios.checks.check_timetable import TimetableTables, calls_by_train
@@ -93,6 +94,38 @@ def _layer_problems(controller: ControllerEntry) -> Iterator[tuple[str, str]]:
             yield from ((name, "stands beside peer") for name in named if getattr(controller, name))
     if controller.peer is not None and controller.radio:
         yield "radio", "stands beside peer"
+
+
+def driving_mistakes(settings: ScenarioFile, file: str) -> list[Mistake]:
+    """
+    Return driving styles that are named and not there, or there under a name that is taken.
+
+    Parameters
+    ----------
+    settings
+        The main file.
+    file
+        Its name.
+
+    Returns
+    -------
+    list[Mistake]
+        The mistakes.
+    """
+    mistakes = []
+    known = (FASTEST.name, *settings.driving_styles)
+    if FASTEST.name in settings.driving_styles:
+        place, problem = f"driving_styles.{FASTEST.name}", "the name of the style without a table"
+        mistakes.append(Mistake(file, place, problem, "another name"))
+    named = {"driving": settings.driving} | {
+        f"controllers.{name}.driving": entry.driving
+        for name, entry in settings.controllers.items()
+        if entry.driving is not None
+    }
+    for place, style in named.items():
+        if style not in known:
+            mistakes.append(Mistake(file, place, f"unknown style {style!r}", meant(style, known)))
+    return mistakes
 
 
 def radio_mistakes(settings: ScenarioFile, file: str) -> list[Mistake]:

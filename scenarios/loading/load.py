@@ -23,6 +23,7 @@ from kankaku.scenarios.checks.check_running import running_mistakes, running_war
 from kankaku.scenarios.checks.check_settings import (
     controller_mistakes,
     delay_mistakes,
+    driving_mistakes,
     kind_mistakes,
     radio_mistakes,
     step_mistakes,
@@ -36,6 +37,7 @@ from kankaku.scenarios.checks.check_timetable import (
 )
 from kankaku.scenarios.checks.check_wayside import crossing_mistakes, disruption_mistakes
 from kankaku.scenarios.checks.line_tables import LineTables
+from kankaku.scenarios.loading.load_driving import driving_style
 from kankaku.scenarios.loading.load_line import read_line, to_line
 from kankaku.scenarios.loading.load_stock import STOCK_FILE, read_stock, to_train_types
 from kankaku.scenarios.loading.load_timetable import to_timetable
@@ -108,6 +110,7 @@ def load(folder: Path) -> Scenario:
         published=_to_published(main.published),
         radio=_to_radio(main.radio),
         disruptions=to_disruptions(main, of_line),
+        driving=driving_style(main, main.driving),
         warnings=(
             *unread((folder, *folders.values()), has_delays=main.dwell_delays is not None),
             *running_warnings(running, timetable.calls.file),
@@ -148,7 +151,13 @@ def _read_main(reader: Reader, folder: Path) -> tuple[schema.ScenarioFile | None
         main, mistakes = schema.check(schema.ScenarioFile, data, MAIN_FILE)
         reader.mistakes += mistakes
     if main:
-        for mistakes_of in (step_mistakes, controller_mistakes, radio_mistakes, sweep_mistakes):
+        for mistakes_of in (
+            step_mistakes,
+            controller_mistakes,
+            driving_mistakes,
+            radio_mistakes,
+            sweep_mistakes,
+        ):
             reader.mistakes += mistakes_of(main, MAIN_FILE)
     return main, {
         key: _folder(reader, folder, data.get(key, "."), key)
@@ -215,6 +224,7 @@ def _to_controllers(main: schema.ScenarioFile) -> tuple[ControllerSpec, ...]:
             item.peer,
             item.by_default,
             item.radio,
+            None if item.driving is None else driving_style(main, item.driving),
         )
         for name, item in main.controllers.items()
     )

@@ -93,6 +93,10 @@ def _to_train_type(name: str, entry: schema.TrainEntry, net_brake: bool) -> Trai
         supply=_to_supply(entry, cars, traction),
         curve_resistance_m=entry.curve_resistance_permil_m / 1000.0,
         net_brake=net_brake,
+        jerk_mps3=np.inf if entry.jerk_mps3 is None else entry.jerk_mps3,
+        brake_build_up_s=entry.brake_build_up_s,
+        safety_factor=entry.safety_factor,
+        overspeed_mps=entry.overspeed_kmh / 3.6,
     )
 
 

@@ -24,6 +24,7 @@ KNOWN = (
     "nodes.csv",
     "routes.csv",
     "crossings.csv",
+    "driven_speeds.csv",
     "limits.csv",
     "gradients.csv",
     "curves.csv",

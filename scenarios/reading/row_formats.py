@@ -123,6 +123,14 @@ class LimitRow(StretchRow):
 
 
 @dataclass(frozen=True, slots=True)
+class DrivenSpeedRow(StretchRow):
+    """A row of ``driven_speeds.csv``: what drivers run at, where their style keeps to it."""
+
+    speed_kmh: Annotated[float, Cell, Field(ge=5.0, le=400.0)]
+    track: MaybeName = ""
+
+
+@dataclass(frozen=True, slots=True)
 class GradientRow(StretchRow):
     """A row of ``gradients.csv``; rising is positive."""
 

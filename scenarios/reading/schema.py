@@ -53,6 +53,7 @@ class ControllerEntry(Checked):
     operation_options: dict[str, Option] = {}
     radio: bool = False
     by_default: bool = True
+    driving: OptionalName = None
 
 
 class DwellSettings(Checked):
@@ -166,6 +167,18 @@ class InterlockingSettings(Checked):
     order: Literal["timetable", "first_come"] = "timetable"
 
 
+class DrivingStyleEntry(Checked):
+    """How trains are driven within what they can and may do."""
+
+    traction_percent: float = Field(100.0, ge=20.0, le=100.0)
+    station_brake_kmhps: Brake | None = None
+    below_limit_kmh: float = Field(0.0, ge=0.0, le=30.0)
+    coasting_band_kmh: float = Field(0.0, ge=0.0, le=60.0)
+    departure_reaction_s: float = Field(0.0, ge=0.0, le=30.0)
+    driven_speeds: bool = False
+    late_after_s: float | None = Field(None, ge=0.0, le=600.0)
+
+
 class ScenarioFile(Checked):
     """The file ``scenario.toml``."""
 
@@ -177,6 +190,8 @@ class ScenarioFile(Checked):
     line: Text = "."
     rolling_stock: Text = "."
     timetable: Text = "."
+    driving: Name = "fastest"
+    driving_styles: dict[Name, DrivingStyleEntry] = {}
     dwell_delays: DwellSettings | None = None
     train_detection: DetectionSettings = DetectionSettings()
     turn_back: TurnBackSettings = TurnBackSettings()
@@ -252,6 +267,10 @@ class TrainEntry(Checked):
     service_brake_kmhps: Brake
     emergency_brake_kmhps: float | None = Field(None, ge=0.5, le=12.0)
     curve_resistance_permil_m: float = Field(600.0, ge=0.0, le=2000.0)
+    jerk_mps3: float | None = Field(None, ge=0.1, le=10.0)
+    brake_build_up_s: float = Field(0.0, ge=0.0, le=10.0)
+    safety_factor: float = Field(1.0, ge=1.0, le=3.0)
+    overspeed_kmh: float = Field(0.0, ge=0.0, le=20.0)
     traction: TractionEntry
     resistance: ResistanceEntry | None = None
     supply: SupplyEntry = SupplyEntry()
