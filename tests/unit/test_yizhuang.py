@@ -10,8 +10,9 @@ import pytest
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.scenarios.loading.load import load
 from tools.yizhuang.__main__ import FOLDER, differing, line_texts, main, timetable_texts
+from tools.yizhuang.driving import driven_s, read_style
 from tools.yizhuang.line import SourceError, read_ttobench, source_tables
-from tools.yizhuang.timetable import RUN_ALLOWANCE, UNIT_S, leg_times
+from tools.yizhuang.timetable import RUN_ALLOWANCE, UNIT_S, leg_times, read_line_and_train
 
 SOURCE = FOLDER.parents[2] / "shared" / "data" / "CN_Songjiazhuang_Yizhuang.json"
 PUBLISHED_LEGS_M = (2631, 1275, 2366, 1982, 993, 1538, 1280, 1354, 2338, 2265, 2086, 1281, 1334)
@@ -74,6 +75,22 @@ def test_run_and_dwell_make_the_public_interval_and_the_train_can_keep_it(
         if leg.interval_s is not None:
             booked_s = calls[end].departure_s - calls[start].departure_s
             assert booked_s == pytest.approx(leg.interval_s, abs=UNIT_S / 2)
+
+
+def test_driven_speeds_make_runs_as_long_as_booked_where_there_is_time() -> None:
+    times = leg_times(FOLDER)
+    line, train_type = read_line_and_train(FOLDER)
+    style = read_style(FOLDER)
+    kept_mps = {one.start_m: one.limit_mps for one in line.driven_speeds}
+    assert len(kept_mps) == 11
+    for (start, end), leg in zip(pairwise(line.stations), times.values(), strict=True):
+        ends_m = start.chainage_m, end.chainage_m
+        speed_mps = kept_mps.get(ends_m[0], 80.0 / 3.6)
+        run_s = style.departure_reaction_s + driven_s(line, train_type, style, ends_m, speed_mps)
+        if ends_m[0] in kept_mps:
+            assert leg.run_s - 3.0 <= run_s <= leg.run_s
+        else:
+            assert leg.run_s < run_s <= leg.run_s + 10.0
 
 
 def test_the_shipped_tables_are_those_that_the_tool_writes() -> None:

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from tools.yizhuang.driving import driven_speed_table
 from tools.yizhuang.line import Rows, SourceError, read_ttobench, source_tables, wayside_tables
 from tools.yizhuang.timetable import leg_times, timetable_tables
 
@@ -46,7 +47,7 @@ def line_texts(folder: Path, source: Path | None) -> dict[str, str]:
 
 def timetable_texts(folder: Path) -> dict[str, str]:
     """
-    Return the tables of the timetable.
+    Return the tables of the timetable, and the speeds that it asks for.
 
     Parameters
     ----------
@@ -58,7 +59,9 @@ def timetable_texts(folder: Path) -> dict[str, str]:
     dict[str, str]
         Text by file.
     """
-    return _texts(timetable_tables(leg_times(folder)))
+    times = leg_times(folder)
+    speeds = {"driven_speeds.csv": driven_speed_table(folder, times)}
+    return _texts(timetable_tables(times) | speeds)
 
 
 def _texts(tables: Mapping[str, Rows]) -> dict[str, str]:

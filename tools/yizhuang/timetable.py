@@ -14,6 +14,8 @@ from math import ceil
 from pathlib import Path
 
 from kankaku.railway.motion.run_curve import fastest_run
+from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.scenarios.loading.load_line import read_line, to_line
 from kankaku.scenarios.loading.load_stock import read_stock, to_train_types
 from kankaku.scenarios.reading.files import Reader
@@ -114,6 +116,32 @@ def _minute(clock: str) -> int:
     return 60 * int(hours) + int(minutes)
 
 
+def read_line_and_train(folder: Path) -> tuple[Line, TrainType]:
+    """
+    Return line and train.
+
+    Parameters
+    ----------
+    folder
+        Folder with the tables of the line and the train.
+
+    Returns
+    -------
+    tuple[Line, TrainType]
+        Both in SI units.
+
+    Raises
+    ------
+    ScenarioError
+        If the files have mistakes.
+    """
+    reader = Reader()
+    tables, stock = read_line(reader, folder), read_stock(reader, folder)
+    if reader.mistakes or stock is None:
+        raise ScenarioError(tuple(reader.mistakes))
+    return to_line(tables, folder.name), to_train_types(stock)[TRAIN_TYPE]
+
+
 def fastest_runs(folder: Path) -> dict[Leg, float]:
     """
     Return the fastest run of each leg.
@@ -127,21 +155,13 @@ def fastest_runs(folder: Path) -> dict[Leg, float]:
     -------
     dict[Leg, float]
         By stations. [s]
-
-    Raises
-    ------
-    ScenarioError
-        If the files have mistakes.
     """
-    reader = Reader()
-    tables, stock = read_line(reader, folder), read_stock(reader, folder)
-    if reader.mistakes or stock is None:
-        raise ScenarioError(tuple(reader.mistakes))
-    line, train_type = to_line(tables, folder.name), to_train_types(stock)[TRAIN_TYPE]
-    places_m = [(station.id, station.chainage_m) for station in line.stations]
+    line, train_type = read_line_and_train(folder)
     return {
-        (start, end): fastest_run(line, train_type, from_m, to_m).run_time_s
-        for (start, from_m), (end, to_m) in pairwise(places_m)
+        (start.id, end.id): fastest_run(
+            line, train_type, start.chainage_m, end.chainage_m
+        ).run_time_s
+        for start, end in pairwise(line.stations)
     }
 
 
