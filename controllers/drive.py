@@ -1,24 +1,22 @@
 """The drive: the next speed of every train within traction and braking."""
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from kankaku.controllers.manner import (
     Drivers,
     Manner,
-    Motion,
     coasts,
     eased_mps,
     has_reacted,
-    lag_mps,
     manner_from,
     manner_of,
     own_ceiling_mps,
 )
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
-from kankaku.railway.motion.kinematics import next_speed_mps
+from kankaku.railway.motion.kinematics import rising_speed_mps
 from kankaku.railway.motion.traction_table import coasted_mps, pulled_mps
 from kankaku.railway.plan.brake_table import (
     BrakeTable,
@@ -56,6 +54,11 @@ class Abilities(NamedTuple):
     far_m: float
     """Where they end. [m]"""
     step_s: float
+
+
+Motion: TypeAlias = tuple[float, float, float, float]
+"""Front [m] and speed of a train, speed lost in a step of the service brake, and the speed after
+one of traction. [m/s]"""
 
 
 class Asked(NamedTuple):
@@ -183,11 +186,11 @@ def _command(
             bounds[EMERGENCY, train] = next_mps[train]
             bound[train] = EMERGENCY
             continue
-        motion = front_m, speed, gained, loss
+        motion = front_m, speed, loss, pulled
         departs = speed == 0.0 and abs(front_m - stops.from_m[train]) < AT_STOP_M
         if departs:
             drivers.hurries[train] = now_s > stops.booked_s[train] + manner.late_after_s
-        _bound(bounds, train, (motion, pulled), asked, stops, (able, manner), drivers)
+        _bound(bounds, train, motion, asked, stops, (able, manner), drivers)
         kept = max(bounds[LIMIT, train], hardest)
         wish = eased_mps(bounds[:, train], train, (speed, gained, braked), manner)
         next_mps[train] = max(min(wish, kept), 0.0)
@@ -203,20 +206,18 @@ def _command(
 def _bound(  # noqa: PLR0917 - compiled functions take plain arrays
     bounds: FloatArray,
     train: int,
-    moves: tuple[Motion, float],
+    motion: Motion,
     asked: Asked,
     stops: Stops,
     known: tuple[Abilities, Manner],
     drivers: Drivers,
 ) -> None:
     """Write the bounds of a train that does not brake in emergency."""
-    (able, manner), (motion, pulled) = known, moves
-    front_m, speed, gained, loss = motion
+    (able, manner), (front_m, speed, loss, pulled) = known, motion
     here = braking_v2_at(able.braking, train, front_m)
     ceiling, advised = asked.ceiling_mps[train], asked.advised_mps[train]
     if manner.keeps_ceiling:
-        gentle = loss - manner.gentler_mps2[train] * able.step_s
-        own = own_ceiling_mps(manner, drivers, train, motion, gentle)
+        own = own_ceiling_mps(manner, drivers, train, (front_m, speed))
         if manner.band_mps > 0.0 and not drivers.hurries[train]:
             held = min(own, ceiling, advised)
             if coasts(manner, drivers, train, (speed, pulled), held):
@@ -227,11 +228,9 @@ def _bound(  # noqa: PLR0917 - compiled functions take plain arrays
     bounds[CEILING, train], bounds[ADVICE, train] = ceiling, advised
     bounds[LIMIT, train] = _to_end_mps(asked, known, train, motion, here)
     gentler = manner.gentler_mps2[train]
-    to_stop_m = stops.stop_m[train] - front_m
-    room = stops.v2_m2ps2[train] - here - 2.0 * gentler * to_stop_m
-    gentle_loss = loss - gentler * able.step_s
-    lag = lag_mps(manner, train, gained, gentle_loss)
-    bounds[STOP, train] = next_speed_mps(speed, room, gentle_loss, lag)
+    room = stops.v2_m2ps2[train] - here - 2.0 * gentler * (stops.stop_m[train] - front_m)
+    losses = loss - gentler * able.step_s, 0.0
+    bounds[STOP, train] = rising_speed_mps(speed, room, losses, manner.rise_mps[train])
     bounds[EMERGENCY, train] = np.inf
 
 
@@ -246,14 +245,15 @@ def _to_end_mps(
     asked: Asked, known: tuple[Abilities, Manner], train: int, motion: Motion, here: float
 ) -> float:
     """Return the speed after a step on the brake curve to the end of authority."""
-    (able, manner), (front_m, speed, gained, loss) = known, motion
-    lag = lag_mps(manner, train, gained, loss)
+    (able, manner), (front_m, speed, loss, _) = known, motion
+    lag = 0.0
     if asked.delay_s[train] > 0.0:
-        lag += braking_loss_mps(able.braking, train, front_m, speed, asked.delay_s[train])
+        lag = braking_loss_mps(able.braking, train, front_m, speed, asked.delay_s[train])
     end_m = min(max(asked.eoa_m[train], able.near_m), able.far_m)
     ahead = braking_v2_at(able.braking, train, end_m)
     room, over = (ahead - here) / manner.safety_factor[train], manner.overspeed_mps[train]
-    return float(max(float(next_speed_mps(speed + over, room, loss, lag)) - over, 0.0))
+    kept = rising_speed_mps(speed + over, room, (loss, lag), manner.rise_mps[train])
+    return float(max(kept - over, 0.0))
 
 
 @compiled

@@ -2,12 +2,11 @@
 How trains are driven, and how soon they answer: what the drive knows beside brakes and traction.
 
 A train answers gradually: its jerk limit and the build-up of its brake bound by how much the
-acceleration may change from step to step. So whoever has to keep a brake curve acts earlier, by a
-*lag* that is the smaller the more the train brakes already.
+acceleration may change from step to step. Whoever has to keep a brake curve acts so much earlier.
 """
 
 import math
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,9 +22,6 @@ from kankaku.railway.plan.limit_table import LimitTable
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Bound
 
-Motion: TypeAlias = tuple[float, float, float, float]
-"""Front [m] and speed of a train, speed gained in the last step, and lost in one of the service
-brake. [m/s]"""
 ROUNDING_S = 1e-6
 CEILING, ADVICE = int(Bound.CEILING), int(Bound.ADVICE)
 
@@ -131,39 +127,6 @@ def manner_from(fields: Plain) -> Manner:
 
 
 @compiled
-def lag_mps(manner: Manner, train: int, gained_mps: float, loss_mps: float) -> float:
-    r"""
-    Return the speed that a brake takes in the time by which it comes late.
-
-    With an acceleration :math:`a`, from which the brake rises at a rate :math:`j` to its whole
-    deceleration :math:`b`, a train of speed :math:`v` needs :math:`v (a + b)^2 / 2 j b` more than
-    its braking distance, but for terms that do not grow with the speed. So its front counts as
-    :math:`(a + b)^2 / 2 j b` further on in time.
-
-    Parameters
-    ----------
-    manner
-        How trains are driven.
-    train
-        Row of the train.
-    gained_mps
-        Speed gained in the last step; what it may gain in this one is added. [m/s]
-    loss_mps
-        Speed that the whole brake takes in a step. [m/s]
-
-    Returns
-    -------
-    float
-        For :func:`kankaku.railway.motion.kinematics.next_speed_mps`. [m/s]
-    """
-    rise = manner.rise_mps[train]
-    if rise == np.inf:
-        return 0.0
-    missing = max(loss_mps + gained_mps + min(manner.jerk_mps[train], rise), 0.0)
-    return float(0.5 * missing * missing / rise)
-
-
-@compiled
 def eased_mps(
     bounds_mps: FloatArray, train: int, speeds_mps: tuple[float, float, float], manner: Manner
 ) -> float:
@@ -203,7 +166,7 @@ def eased_mps(
 
 @compiled
 def own_ceiling_mps(
-    manner: Manner, drivers: Drivers, train: int, motion: Motion, braked_mps: float
+    manner: Manner, drivers: Drivers, train: int, motion: tuple[float, float]
 ) -> float:
     """
     Return how fast a driver wants to be at the end of a step.
@@ -217,21 +180,18 @@ def own_ceiling_mps(
     train
         Row of the train.
     motion
-        How it moves.
-    braked_mps
-        Speed that its brake for limits takes in a step. [m/s]
+        Its front and speed. [m], [m/s]
 
     Returns
     -------
     float
         By limits and driven speeds, braked for in time. [m/s]
     """
-    front_m, speed, gained, _ = motion
-    lag, line = lag_mps(manner, train, gained, braked_mps), manner.ceiling
+    (front_m, speed), line, rise_mps = motion, manner.ceiling, manner.rise_mps[train]
     if drivers.hurries[train]:
-        return ceiling_ahead_mps(line, train, front_m, speed, lag)
+        return ceiling_ahead_mps(line, train, front_m, speed, rise_mps)
     kept = CeilingFigures(line.braking, manner.unhurried, line.traction, line.reach_m)
-    return ceiling_ahead_mps(kept, train, front_m, speed, lag)
+    return ceiling_ahead_mps(kept, train, front_m, speed, rise_mps)
 
 
 @compiled

@@ -8,7 +8,7 @@ import numpy as np
 
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import Plain, compiled, plain
-from kankaku.railway.motion.kinematics import next_speed_mps
+from kankaku.railway.motion.kinematics import next_speed_mps, rising_speed_mps
 from kankaku.railway.motion.traction_table import TractionTable, pulled_mps, traction_table
 from kankaku.railway.plan.brake_table import (
     BrakeTable,
@@ -200,7 +200,7 @@ def ceiling_here_mps(line: CeilingFigures, train: int, front_m: float) -> float:
 
 @compiled
 def _braked_mps(
-    line: CeilingFigures, train: int, piece: int, front_m: float, speed_mps: float, lag_mps: float
+    line: CeilingFigures, train: int, piece: int, front_m: float, speed_mps: float, rise_mps: float
 ) -> float:
     """Return the speed after a step from which the service brake keeps all limits ahead."""
     limits, braking, step_s = line.limits, line.braking, line.traction.step_s
@@ -217,11 +217,17 @@ def _braked_mps(
             lowest_mps = min(lowest_mps, limit)
         elif limit < limits.limit_mps[after - 1]:
             v2 = limit * limit + braking_v2_there(braking, begins) - here
-            braked = max(next_speed_mps(speed_mps, v2, loss, lag_mps), limit)
+            braked = max(rising_speed_mps(speed_mps, v2, (loss, 0.0), rise_mps), limit)
             lowest_mps = min(lowest_mps, max(braked, limit), 2.0 * way / step_s - speed_mps)
         after += 1
     v2 = limits.lowest_v2_m2ps2[after] - here
-    return min(float(lowest_mps), float(next_speed_mps(speed_mps, v2, loss, lag_mps)))
+    braked = float(next_speed_mps(speed_mps, v2, loss, 0.0))
+    if rise_mps < np.inf:
+        rising = rising_speed_mps(speed_mps, v2, (loss, 0.0), rise_mps)
+        # Who is no faster than the limit, or cannot get faster than this, need not brake for it.
+        if rising < pulled_mps(line.traction, train, front_m, speed_mps):
+            braked = min(braked, max(float(rising), float(limits.lowest_mps[after])))
+    return min(float(lowest_mps), braked)
 
 
 @compiled
@@ -257,7 +263,7 @@ def _let_go_mps(
 
 @compiled
 def ceiling_ahead_mps(
-    line: CeilingFigures, train: int, front_m: float, speed_mps: float, lag_mps: float = 0.0
+    line: CeilingFigures, train: int, front_m: float, speed_mps: float, rise_mps: float = np.inf
 ) -> float:
     """
     Return how fast a train may be at the end of a step.
@@ -275,8 +281,9 @@ def ceiling_ahead_mps(
         Front at the start of the step. [m]
     speed_mps
         Speed there. [m/s]
-    lag_mps
-        Speed that the brake takes in the time by which it comes late. [m/s]
+    rise_mps
+        Greatest growth of what the brake takes from step to step; infinite for a brake that is
+        whole at once. [m/s]
 
     Returns
     -------
@@ -286,7 +293,7 @@ def ceiling_ahead_mps(
     limits, step_s = line.limits, line.traction.step_s
     place = place_of(line.braking, train, front_m)
     piece = piece_at(limits, place)
-    braked_mps = _braked_mps(line, train, piece, front_m, speed_mps, lag_mps)
+    braked_mps = _braked_mps(line, train, piece, front_m, speed_mps, rise_mps)
     pulled = pulled_mps(line.traction, train, front_m, speed_mps)
     if pulled <= limits.limit_mps[piece]:
         return min(braked_mps, float(limits.limit_mps[piece]))

@@ -19,7 +19,12 @@ import numpy as np
 
 from kankaku.controllers.options import require
 from kankaku.controllers.protection.brake_pattern import brake_pattern_mps, pattern_v2_m2ps2
-from kankaku.controllers.protection.ceiling import LineCeiling, ceiling_ahead_mps, figures_of
+from kankaku.controllers.protection.ceiling import (
+    LineCeiling,
+    braked_to_mps,
+    ceiling_ahead_mps,
+    figures_of,
+)
 from kankaku.controllers.protection.fixed_block import detection_on
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
@@ -116,7 +121,9 @@ class DigitalAtc:
         """Return the pattern of a train before an end of authority that stays."""
         stop_m = np.minimum(eoa_m, self._world.far_m)
         patterns_mps = _patterns_mps(row, front_m, stop_m, self._pattern)
-        return np.minimum(patterns_mps, self._ceiling.at_mps(row, front_m))
+        # A train with a safety factor of its own brakes earlier than the pattern asks for.
+        kept_mps = braked_to_mps(self._world, row, (front_m, stop_m))
+        return np.minimum(np.minimum(patterns_mps, kept_mps), self._ceiling.at_mps(row, front_m))
 
 
 @compiled

@@ -146,22 +146,6 @@ class SpeedLimit:
     train_type: str = ""
     """The type of train for which it holds; empty for all."""
 
-    def concerns(self, train_type: str) -> bool:
-        """
-        Return whether it holds for a type of train.
-
-        Parameters
-        ----------
-        train_type
-            Identifier of the type.
-
-        Returns
-        -------
-        bool
-            Whether it does.
-        """
-        return self.train_type in {"", train_type}
-
 
 @dataclass(frozen=True, slots=True)
 class Gradient:

@@ -45,6 +45,8 @@ class Limits(NamedTuple):
     """The lowest limit under any part of the train. [m/s]"""
     lowest_m2ps2: FloatArray
     """Lowest energy, brake potential included, of the pieces from this one on. [m2/s2]"""
+    lowest_mps: FloatArray
+    """The limit of the piece that has it. [m/s]"""
 
 
 @dataclass(frozen=True)
@@ -136,6 +138,7 @@ class Profile:
             np.concatenate(starts),
             np.concatenate([limits.limit_mps for limits in self.limits]),
             2.0 * np.concatenate([limits.lowest_m2ps2 for limits in self.limits]),
+            np.concatenate([limits.lowest_mps for limits in self.limits]),
             np.concatenate(firsts),
         )
 
@@ -250,7 +253,7 @@ def _limits_of(
     held = [
         limit
         for limit in line.limits
-        if limit.concerns(train.id) and limit.limit_mps < train.maximum_speed_mps
+        if limit.train_type in {"", train.id} and limit.limit_mps < train.maximum_speed_mps
     ]
     entered_m = np.array(
         [float(buffers.front_limit_m(np.array(one.start_m), one.limit_mps)) for one in held]
@@ -268,7 +271,11 @@ def _limits_of(
     start_m, limit_mps = start_m[changes], limit_mps[changes]
     energy = 0.5 * np.square(limit_mps) + np.interp(start_m, grid_m, potential)
     energy[-1] = np.inf
-    return Limits(start_m, limit_mps, np.minimum.accumulate(energy[::-1])[::-1])
+    lowest = np.minimum.accumulate(energy[::-1])[::-1]
+    # The piece that has the lowest energy is the last one with it from which it falls no more.
+    places = np.where(energy == lowest, np.arange(energy.size), energy.size - 1)
+    has_it = np.minimum.accumulate(places[::-1])[::-1]
+    return Limits(start_m, limit_mps, lowest, limit_mps[has_it])
 
 
 def _ceiling_m2ps2(limits: Limits, front_m: FloatArray, potential: FloatArray) -> FloatArray:

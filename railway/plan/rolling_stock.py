@@ -237,7 +237,6 @@ class TrainType:
         return 1.0 / (1.0 + self.rotating_mass_ratio)
 
     @property
-    @property
     def brake_rise_s(self) -> float:
         """From nothing to the whole service brake, the jerk limit kept. [s]"""
         return max(self.brake_build_up_s, self.service_brake_mps2 / self.jerk_mps3)

@@ -18,10 +18,54 @@ class Brakes:
     def __init__(self, world: World) -> None:
         self._world = world
         self._gravity_mps2 = GRAVITY_MPS2 * world.of_type("brake_gravity_ratio")
+        self._service_mps2 = world.of_type("service_brake_mps2")
+        self._build_up_s = world.of_type("brake_build_up_s")
         self._net = world.of_type("net_brake") > 0.0
         sharpest_m = min((curve.radius_m for curve in world.line.curves), default=np.inf)
         weight = GRAVITY_MPS2 * world.of_type("gravity_ratio")
         self._curves_mps2 = weight * world.of_type("curve_resistance_m") / sharpest_m
+
+    @property
+    def build_up(self) -> bool:
+        """Whether any brake needs time until it is whole."""
+        return bool(self._build_up_s.any())
+
+    def rising_m(
+        self, slope: FloatArray, speed_mps: FloatArray, gained_mps2: FloatArray, rows: IntArray
+    ) -> FloatArray:
+        """
+        Return how much further trains run because their service brakes build up.
+
+        What of a brake is not there yet comes evenly, in its share of the build-up.
+
+        Parameters
+        ----------
+        slope
+            Gradients under them, rising positive. [-], shape (n_steps, n_columns)
+        speed_mps
+            Their speeds. [m/s], same shape
+        gained_mps2
+            How much faster they are getting. [m/s2], same shape
+        rows
+            The trains. shape (n_columns,)
+
+        Returns
+        -------
+        FloatArray
+            Beyond the braking distance; 0 for who stands before the brake is whole.
+            [m], same shape
+        """
+        build_up_s, rate_mps2 = self._build_up_s[rows], self._service_mps2[rows]
+        whole_mps2 = rate_mps2 + self.gravity_mps2(rows) * slope
+        rise_s = build_up_s * np.clip((whole_mps2 + gained_mps2) / rate_mps2, 0.0, None)
+        rising_mps3 = np.divide(
+            rate_mps2, build_up_s, out=np.zeros(rows.size), where=build_up_s > 0.0
+        )
+        first_mps2 = whole_mps2 - rising_mps3 * rise_s
+        then_mps = speed_mps - first_mps2 * rise_s - 0.5 * rising_mps3 * rise_s**2
+        risen_m = (speed_mps - 0.5 * first_mps2 * rise_s - rising_mps3 * rise_s**2 / 6.0) * rise_s
+        further_m = risen_m + 0.5 * (np.square(then_mps) - np.square(speed_mps)) / whole_mps2
+        return np.where(then_mps > 0.0, further_m, 0.0)
 
     def gravity_mps2(self, rows: IntArray) -> FloatArray:
         """

@@ -151,6 +151,8 @@ class Monitor:
         # and nobody who stands overruns anything.
         excused = block.surprised[:-1] | ((speed_mps == 0.0) & (block.speed_mps[:-1] == 0.0))
         overrun_m = self._overrun_m(ahead_m, speed_mps, eoa_m, rows)
+        rising_m = self._rising_m(block) if self._brakes.build_up else np.zeros(1)
+        overrun_m += rising_m
         if self._buffers.delay_s > 0.0:
             overrun_m -= self._ahead_of_slope_m(front_m, ahead_m, rows)
         yield "authority", np.where(excused, -np.inf, overrun_m), near_m
@@ -160,7 +162,8 @@ class Monitor:
         if self._separation is not Separation.BRAKING:
             beyond_m = eoa_m - np.maximum(next_rear_m, block.front_m[:-1])
             yield "band", beyond_m, POSITION_TOLERANCE_M
-        yield "spacing", self._overrun_m(front_m, speed_mps, next_rear_m, rows), near_m
+        beyond_m = self._overrun_m(front_m, speed_mps, next_rear_m, rows) + rising_m
+        yield "spacing", beyond_m, near_m
         if self._exclusive:
             yield "block", self._inside_occupied_m(block), 0.0
         yield "fouling", self._inside_fouling_m(block), 0.0
@@ -202,6 +205,14 @@ class Monitor:
         available = brake * (eoa_m - front_m) + self._brakes.gravity_mps2(rows) * lift_m
         overrun: FloatArray = (0.5 * np.square(speed_mps) - available) / brake
         return overrun
+
+    def _rising_m(self, block: StepBlock) -> FloatArray:
+        """Return how much further trains run because their service brakes build up."""
+        speed_mps = block.speed_mps[1:]
+        slope = self._ground.rises_m(block.front_m[1:], block.rows)
+        slope /= self._world.length_m[block.rows]
+        gained_mps2 = (speed_mps - block.speed_mps[:-1]) / self._world.step_s
+        return self._brakes.rising_m(slope, speed_mps, gained_mps2, block.rows)
 
     def _ahead_of_slope_m(
         self, front_m: FloatArray, ahead_m: FloatArray, rows: IntArray

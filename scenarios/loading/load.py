@@ -100,7 +100,7 @@ def load(folder: Path) -> Scenario:
         line=replace(of_line, release_delay_s=release_delay_s, first_come=first_come),
         train_types=train_types,
         timetable=services,
-        dwell_delays=_to_delays(main, quantiles, timetable),
+        dwell_delays=_to_delays(main, quantiles),
         controllers=_to_controllers(main),
         seed=main.seed,
         step_s=main.step_s,
@@ -197,7 +197,6 @@ def _read_quantiles(
 def _to_delays(
     main: schema.ScenarioFile,
     quantiles: Table[row_formats.QuantileRow] | None,
-    timetable: TimetableTables,
 ) -> DwellDelays:
     overstays = tuple(Overstay(item.train, item.station, item.delay_s) for item in main.overstays)
     if quantiles is None or main.dwell_delays is None:
@@ -205,7 +204,6 @@ def _to_delays(
     return DwellDelays(
         levels=tuple(row.level for row in quantiles),
         delays_s=tuple(row.delay_s for row in quantiles),
-        station_scale={row.station: row.delay_scale for row in timetable.dwell_stations},
         scale=main.dwell_delays.scale,
         cap_s=main.dwell_delays.cap_s,
         trip_correlation=main.dwell_delays.trip_correlation,

@@ -116,7 +116,7 @@ def _refused(field: FieldInfo, value: object, of_number: Callable[[object], str]
     if value in ("", {}):
         return "is empty"
     trouble = ""
-    if field.description == CLOCK_TEXT:
+    if (field.description or "").startswith(CLOCK_TEXT):
         trouble = clock_trouble(value)
     elif field.description == NAME_TEXT:
         trouble = identifier_trouble(value)

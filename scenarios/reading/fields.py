@@ -29,6 +29,10 @@ def _clock(value: object) -> object:
     return found
 
 
+def _maybe_clock(value: object) -> object:
+    return "" if value == "" else _clock(value)
+
+
 def _text(value: str) -> str:
     trouble = text_trouble(value)
     if trouble:
@@ -93,6 +97,9 @@ Text: TypeAlias = Annotated[
 ]
 OptionalText: TypeAlias = Annotated[str, StringConstraints(max_length=200), AfterValidator(_text)]
 Clock: TypeAlias = Annotated[str, BeforeValidator(_clock), Field(description=CLOCK_TEXT)]
+MaybeClock: TypeAlias = Annotated[
+    str, BeforeValidator(_maybe_clock), Field(description=f"{CLOCK_TEXT}; or nothing")
+]
 Kilometre: TypeAlias = Annotated[float, Cell, Field(ge=-1000.0, le=10000.0)]
 Percent: TypeAlias = Annotated[float, Field(gt=0.0, le=100.0)]
 Mass: TypeAlias = Annotated[float, Field(gt=0.0, le=20000.0)]

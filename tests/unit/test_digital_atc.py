@@ -1,5 +1,6 @@
 """Digital ATC: the pattern against its closed form, and a train that follows it."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -68,6 +69,17 @@ def test_gravity_acts_on_the_whole_pattern_and_the_share_on_the_brake_alone() ->
     found = atc.permitted_mps(1, np.array([1300.0]), np.array([STOP_M]))[0]
     net_mps2 = 0.8 * SERVICE_MPS2 + 9.80665 * gradient * world.train_types[0].gravity_ratio
     assert found == pytest.approx(np.sqrt(2.0 * net_mps2 * (STOP_M - 1300.0)), rel=1e-4)
+
+
+def test_the_safety_factor_of_a_train_counts_where_it_is_stricter_than_the_pattern() -> None:
+    scenario = two_station_scenario(2, spacing_m=2500.0, block_m=250.0)
+    types = {name: replace(kind, safety_factor=2.0) for name, kind in scenario.train_types.items()}
+    atc = DigitalAtc(
+        world_of(replace(scenario, train_types=types)),
+        DigitalAtcOptions(pattern_brake_percent=80.0, idle_time_s=0.0),
+    )
+    found = atc.permitted_mps(1, np.array([1300.0]), np.array([STOP_M]))[0]
+    assert found == pytest.approx(np.sqrt(2.0 * SERVICE_MPS2 * (STOP_M - 1300.0) / 2.0), rel=1e-4)
 
 
 def test_the_stop_point_is_the_occupied_circuit_less_the_overlap() -> None:

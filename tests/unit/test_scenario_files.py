@@ -48,7 +48,7 @@ def test_units_become_si(folder: Path) -> None:
     assert (service.origin, service.route) == ("middle", ("middle-2", "south-1"))
     assert (service.calls[0].arrival_s, service.calls[0].stop_m) == (25440.0, 1500.0)
     assert scenario.dwell_delays.overstays == (Overstay("A1", "middle", 90.0),)
-    assert scenario.dwell_delays.station_scale["first"] == 0.5
+    assert [call.delay_scale for call in scenario.timetable.services[0].calls] == [0.5, 1.5, 1.0]
     assert scenario.controllers[0].protection_options == {"margin_m": 10.0}
 
 
