@@ -124,8 +124,10 @@ def across_note(table: pd.DataFrame) -> list[str]:
     Returns
     -------
     list[str]
-        Lines.
+        Lines; none if there is nothing but the baseline.
     """
+    if len(set(table["controller"])) < 2:
+        return []
     told = f"Second lines: change against {table['controller'].iloc[0]}"
     if (table["pairs"] > 1).any():
         told += ", ± half of the 95 % confidence interval of differences paired by seed"

@@ -91,7 +91,7 @@ def choose_across(scenarios: Sequence[str | Path], choices: Mapping[str, Any]) -
     ------
     AcrossError
         With every reason of every scenario: what cannot be used, a controller that it has not, a
-        sweep, two scenarios of one name, or no controller that they have in common.
+        sweep, two scenarios of one name, or nothing that all of them compare by default.
     """
     told: list[str] = []
     studies: list[Study] = []
@@ -104,7 +104,15 @@ def choose_across(scenarios: Sequence[str | Path], choices: Mapping[str, Any]) -
         told = list(_clashes(scenarios, studies))
     if told or not studies:
         raise AcrossError(told or ["SCENARIO: missing; allowed: scenario folders"])
-    return _with_the_same(studies)
+    same = _with_the_same(studies)
+    if len(same[0].specs) < 2 and not choices.get("names"):
+        known = "; ".join(
+            f"{study.scenario.name} has {', '.join(spec.name for spec in study.specs)}"
+            for study in studies
+        )
+        problem = f"fewer than two controllers run by default in every scenario ({known})"
+        raise AcrossError([f"--controller: {problem}; allowed: to name some, baseline first"])
+    return same
 
 
 def _without_sweep(study: Study) -> Study:
@@ -137,12 +145,6 @@ def _with_the_same(studies: Sequence[Study]) -> tuple[Study, ...]:
     """Return the studies with the controllers that all of them have, in the first one's order."""
     every = [{spec.name: spec for spec in study.specs} for study in studies]
     names = [name for name in every[0] if all(name in known for known in every)]
-    if not names:
-        told = "; ".join(
-            f"{study.scenario.name} has {', '.join(known)}"
-            for study, known in zip(studies, every, strict=True)
-        )
-        raise AcrossError([f"--controller: none runs by default in every scenario ({told})"])
     return tuple(
         replace(study, specs=tuple(known[name] for name in names))
         for study, known in zip(studies, every, strict=True)
