@@ -75,7 +75,12 @@ def test_a_controller_without_a_run_has_a_row_and_no_numbers() -> None:
     assert table["runs"].tolist() == [0, 2, 2, 2]
     assert table["pairs"].tolist() == [0, 0, 2, 2]
     # Nothing is compared with a baseline that has not run.
-    assert pd.isna(table.loc[1, "interstation_stop_time_difference_s"])
+    assert table["interstation_stop_time_difference_s"].isna().tolist() == [
+        True,
+        True,
+        False,
+        False,
+    ]
     assert table.loc[1, "interstation_stop_time_s"] == 8.0
     lines = across_lines(table)
     assert lines[lines.index("metro") + 1].split() == ["plain", *"-------"]
