@@ -5,16 +5,16 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds terminals steps limits reserve losses fuzz kills mutants results docs clean
+.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds terminals interval steps limits reserve losses fuzz kills mutants results docs clean
 
 # A target makes its results anew: after an edit of the program earlier runs are refused.
 rush-hour: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour --fresh
 
-# Headways, blocking times and occupation under four protections; writes out/rush_hour_capacity/.
+# Headways, blocking times and occupation under five protections; writes out/rush_hour_capacity/.
 capacity: $(READY)
 	$(BIN)/python run.py capacity scenarios/rush_hour --simulate all \
-		--controller close_up --controller atc --controller atd --controller relative_braking
+		--controller close_up --controller atc --controller atd --controller d_atc --controller relative_braking
 
 # What the trains of an earlier rush hour ask of the radio; writes out/rush_hour_radio/.
 radio: $(READY)
@@ -66,6 +66,10 @@ seeds: $(READY)
 # How close trains can turn back at a terminal, by the number of its platform tracks.
 terminals: $(READY)
 	$(BIN)/python -m tools.terminals
+
+# From a departure to the next arrival at Akabane, beside what was measured; writes out/station_interval.md.
+interval: $(READY)
+	$(BIN)/python -m tools.station_interval
 
 # How the indicators depend on the step.
 steps: $(READY)

@@ -1,13 +1,23 @@
 """The drive: the next speed of every train within traction and braking."""
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from kankaku.controllers.manner import (
+    Drivers,
+    Manner,
+    coasts,
+    eased_mps,
+    has_reacted,
+    manner_from,
+    manner_of,
+    own_ceiling_mps,
+)
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
-from kankaku.railway.motion.kinematics import next_speed_mps
-from kankaku.railway.motion.traction_table import TractionTable, pulled_mps, traction_table
+from kankaku.railway.motion.kinematics import rising_speed_mps
+from kankaku.railway.motion.traction_table import coasted_mps, pulled_mps
 from kankaku.railway.plan.brake_table import (
     BrakeTable,
     braking_loss_mps,
@@ -29,13 +39,14 @@ N_BOUNDS = 6
 # Plain numbers, as compiled functions want them.
 TRACTION, CEILING, ADVICE = int(Bound.TRACTION), int(Bound.CEILING), int(Bound.ADVICE)
 LIMIT, STOP, EMERGENCY = int(Bound.LIMIT), int(Bound.STOP), int(Bound.EMERGENCY)
+AT_STOP_M = 1.0
+"""A train that stands this near to its last stop has not departed yet. [m]"""
 
 
 class Abilities(NamedTuple):
     """What trains can do; it stays for a whole run."""
 
     braking: BrakeTable
-    traction: TractionTable
     emergency_extra_mps: FloatArray
     """Speed that the emergency brake takes in a step beside the service brake. (n_trains,)"""
     near_m: float
@@ -43,6 +54,11 @@ class Abilities(NamedTuple):
     far_m: float
     """Where they end. [m]"""
     step_s: float
+
+
+Motion: TypeAlias = tuple[float, float, float, float]
+"""Front [m] and speed of a train, speed lost in a step of the service brake, and the speed after
+one of traction. [m/s]"""
 
 
 class Asked(NamedTuple):
@@ -58,8 +74,12 @@ class Asked(NamedTuple):
 
 
 class Stops(NamedTuple):
-    """The next stops; arrays of shape (n_trains,)."""
+    """The last and the next stops; arrays of shape (n_trains,)."""
 
+    from_m: FloatArray
+    """Where a train departs from; not a number before its first call. [m]"""
+    booked_s: FloatArray
+    """When it is booked to. [s]"""
     stop_m: FloatArray
     v2_m2ps2: FloatArray
     """Twice the brake potential there. [m2/s2]"""
@@ -67,39 +87,51 @@ class Stops(NamedTuple):
 
 class TractionDrive:
     """
-    Follows the lowest of six bounds.
+    Follows the lowest of six bounds, in the style that the world's trains are driven in.
 
     The rows of its bounds are the first six of :class:`~kankaku.railway.step.control.Bound`; for a
     train whose permission says that it brakes in emergency nothing else counts. The service brake
     is the strongest that advice, stops and ceilings may ask for; only an authority that cannot be
-    kept otherwise gets the emergency brake.
+    kept otherwise gets the emergency brake. Where acceleration changes gradually the drive acts so
+    much earlier. It remembers what drivers do.
     """
 
     def __init__(self, world: World) -> None:
-        self._step_s = world.step_s
+        self._world = world
         self._rows = np.arange(world.size)
-        service, emergency = map(world.of_type, ("service_brake_mps2", "emergency_brake_mps2"))
         self._braking = world.braking
+        self._service, emergency = map(
+            world.of_type, ("service_brake_mps2", "emergency_brake_mps2")
+        )
         self._abilities = plain(
             Abilities(
                 world.braking,
-                traction_table(world, world.profile, world.step_s),
-                (emergency - service) * world.step_s,
+                (emergency - self._service) * world.step_s,
                 world.profile.origin_m,
                 world.far_m,
                 world.step_s,
             )
         )
+        self._manner = plain(manner_of(world))
         nowhere_m = np.full(world.size, np.nan)
-        self._stops = plain(Stops(nowhere_m, nowhere_m))
+        self._stops = plain(Stops(nowhere_m, nowhere_m, nowhere_m, nowhere_m))
         self._calls_version = NO_VERSION
+        self._drivers = Drivers(
+            np.zeros(world.size),
+            np.zeros(world.size, dtype=np.bool_),
+            np.zeros(world.size, dtype=np.bool_),
+            np.full(world.size, np.inf),
+        )
 
     def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
         """Return the speed at the end of the step for every train."""
         if state.calls_version != self._calls_version:
             self._calls_version = state.calls_version
             v2_m2ps2 = braking_v2_each(self._braking, self._rows, state.stop_m)
-            self._stops = plain(Stops(state.stop_m, v2_m2ps2))
+            last = np.maximum(state.next_call - 1, 0)
+            from_m = np.where(state.next_call > 0, self._world.stop_m[self._rows, last], np.nan)
+            booked_s = self._world.booked_departure_s[self._rows, last]
+            self._stops = plain(Stops(from_m, booked_s, state.stop_m, v2_m2ps2))
         asked = (
             authority.eoa_m,
             authority.delay_s,
@@ -108,69 +140,120 @@ class TractionDrive:
             advice.ceiling_mps,
             authority.permission.emergency,
         )
-        return Command(*_command(state.whereabouts, asked, self._stops, self._abilities))
+        return Command(
+            *_command(
+                state.time_s,
+                state.whereabouts,
+                asked,
+                self._stops,
+                (self._abilities, self._manner),
+                plain(self._drivers),
+            )
+        )
 
 
 @compiled
 def _command(
-    whereabouts: Plain, asked_fields: Plain, stop_fields: Plain, ability_fields: Plain
+    now_s: float,
+    whereabouts: Plain,
+    asked_fields: Plain,
+    stop_fields: Plain,
+    trains_fields: tuple[Plain, Plain],
+    driver_fields: Plain,
 ) -> tuple[FloatArray, FloatArray, IntArray]:
-    trains, asked = Whereabouts(*whereabouts), Asked(*asked_fields)
-    stops, able = Stops(*stop_fields), _abilities(ability_fields)
+    trains, asked, stops = Whereabouts(*whereabouts), Asked(*asked_fields), Stops(*stop_fields)
+    able, manner = _abilities(trains_fields[0]), manner_from(trains_fields[1])
+    drivers = Drivers(*driver_fields)
     size = trains.speed_mps.size
     next_mps, bound = np.zeros(size), np.zeros(size, dtype=np.intp)
     bounds = np.zeros((N_BOUNDS, size))
     for train in range(size):
         if not trains.running[train]:
+            drivers.before_mps[train], drivers.coasts[train] = 0.0, False
             continue
         speed, front_m = trains.speed_mps[train], trains.front_m[train]
+        gained = speed - drivers.before_mps[train] if speed > 0.0 else 0.0
+        drivers.before_mps[train] = speed
         loss = braking_loss_mps(able.braking, train, front_m, speed, able.step_s)
+        pulled = pulled_mps(manner.ceiling.traction, train, front_m, speed)
+        # On a climb that takes more than a net brake does, traction is all that there is.
+        braked = min(speed - loss, pulled)
+        hardest = min(speed - loss - able.emergency_extra_mps[train], pulled)
+        hardest = max(hardest, speed + gained - manner.hard_mps[train])
         if asked.emergency[train]:
-            next_mps[train] = max(speed - loss - able.emergency_extra_mps[train], 0.0)
+            next_mps[train] = max(hardest, 0.0)
             bounds[:, train] = np.inf
             bounds[EMERGENCY, train] = next_mps[train]
             bound[train] = EMERGENCY
             continue
-        here = braking_v2_at(able.braking, train, front_m)
-        # Who cannot climb stands, held by the brake.
-        bounds[TRACTION, train] = max(pulled_mps(able.traction, train, front_m, speed), 0.0)
-        bounds[CEILING, train] = asked.ceiling_mps[train]
-        bounds[ADVICE, train] = asked.advised_mps[train]
-        bounds[LIMIT, train] = _to_end_mps(asked, able, train, front_m, speed, (here, loss))
-        bounds[STOP, train] = next_speed_mps(speed, stops.v2_m2ps2[train] - here, loss, 0.0)
-        bounds[EMERGENCY, train] = np.inf
-        wish = max(bounds[:, train].min(), speed - loss)
-        emergency = max(bounds[LIMIT, train], speed - loss - able.emergency_extra_mps[train])
-        next_mps[train] = max(min(wish, emergency), 0.0)
+        motion = front_m, speed, loss, pulled
+        departs = speed == 0.0 and abs(front_m - stops.from_m[train]) < AT_STOP_M
+        if departs:
+            drivers.hurries[train] = now_s > stops.booked_s[train] + manner.late_after_s
+        _bound(bounds, train, motion, asked, stops, (able, manner), drivers)
+        kept = max(bounds[LIMIT, train], hardest)
+        wish = eased_mps(bounds[:, train], train, (speed, gained, braked), manner)
+        next_mps[train] = max(min(wish, kept), 0.0)
         eoa_m, eoa_by, stop_m = asked.eoa_m[train], asked.eoa_by[train], stops.stop_m[train]
         bound[train] = _lowest(bounds[:, train], eoa_m, eoa_by, stop_m, able.far_m)
+        may = departs and next_mps[train] > 0.0
+        if manner.reaction_s > 0.0 and not has_reacted(now_s, train, may, manner, drivers):
+            next_mps[train], bound[train] = 0.0, STOP
     return next_mps, bounds, bound
 
 
 @compiled
+def _bound(  # noqa: PLR0917 - compiled functions take plain arrays
+    bounds: FloatArray,
+    train: int,
+    motion: Motion,
+    asked: Asked,
+    stops: Stops,
+    known: tuple[Abilities, Manner],
+    drivers: Drivers,
+) -> None:
+    """Write the bounds of a train that does not brake in emergency."""
+    (able, manner), (front_m, speed, loss, pulled) = known, motion
+    here = braking_v2_at(able.braking, train, front_m)
+    ceiling, advised = asked.ceiling_mps[train], asked.advised_mps[train]
+    if manner.keeps_ceiling:
+        own = own_ceiling_mps(manner, drivers, train, (front_m, speed))
+        if manner.band_mps > 0.0 and not drivers.hurries[train]:
+            held = min(own, ceiling, advised)
+            if coasts(manner, drivers, train, (speed, pulled), held):
+                pulled = coasted_mps(manner.ceiling.traction, train, speed, pulled)
+        ceiling = min(ceiling, own)
+    # Who cannot climb stands, held by the brake.
+    bounds[TRACTION, train] = max(pulled, 0.0)
+    bounds[CEILING, train], bounds[ADVICE, train] = ceiling, advised
+    bounds[LIMIT, train] = _to_end_mps(asked, known, train, motion, here)
+    gentler = manner.gentler_mps2[train]
+    room = stops.v2_m2ps2[train] - here - 2.0 * gentler * (stops.stop_m[train] - front_m)
+    losses = loss - gentler * able.step_s, 0.0
+    bounds[STOP, train] = rising_speed_mps(speed, room, losses, manner.rise_mps[train])
+    bounds[EMERGENCY, train] = np.inf
+
+
+@compiled
 def _abilities(fields: Plain) -> Abilities:
-    braking, traction, emergency_extra_mps, near_m, far_m, step_s = fields
-    return Abilities(
-        BrakeTable(*braking), TractionTable(*traction), emergency_extra_mps, near_m, far_m, step_s
-    )
+    braking, emergency_extra_mps, near_m, far_m, step_s = fields
+    return Abilities(BrakeTable(*braking), emergency_extra_mps, near_m, far_m, step_s)
 
 
 @compiled
 def _to_end_mps(
-    asked: Asked,
-    able: Abilities,
-    train: int,
-    front_m: float,
-    speed: float,
-    braked: tuple[float, float],
+    asked: Asked, known: tuple[Abilities, Manner], train: int, motion: Motion, here: float
 ) -> float:
     """Return the speed after a step on the brake curve to the end of authority."""
-    (here, loss), lag = braked, 0.0
+    (able, manner), (front_m, speed, loss, _) = known, motion
+    lag = 0.0
     if asked.delay_s[train] > 0.0:
         lag = braking_loss_mps(able.braking, train, front_m, speed, asked.delay_s[train])
     end_m = min(max(asked.eoa_m[train], able.near_m), able.far_m)
     ahead = braking_v2_at(able.braking, train, end_m)
-    return float(next_speed_mps(speed, ahead - here, loss, lag))
+    room, over = (ahead - here) / manner.safety_factor[train], manner.overspeed_mps[train]
+    kept = rising_speed_mps(speed + over, room, (loss, lag), manner.rise_mps[train])
+    return float(max(kept - over, 0.0))
 
 
 @compiled

@@ -29,7 +29,7 @@ class DepartureForecast:
         self._brake_mps2 = brake_mps2
         self._run_up = run_up
         self._type_index: list[int] = world.type_index.tolist()
-        self._travel_s = np.cumsum(1.0 / world.profile.ceiling_mps, axis=1)
+        self._travel_s = np.cumsum(1.0 / world.driven_profile.ceiling_mps, axis=1)
         # v/(2a) + L/v + v/b after the departure of a leader of length L, from Sato et al. 2025,
         # eqs. (14) and (15), least over the speed v that is held into the platform.
         shortest_s = 2.0 * np.sqrt(world.length_m * (0.5 / acceleration_mps2 + 1.0 / brake_mps2))

@@ -32,6 +32,7 @@ from kankaku.controllers.operation.two_stage import TwoStage, TwoStageOptions
 from kankaku.controllers.options import OptionError
 from kankaku.controllers.peers import PEERS, build_peer
 from kankaku.controllers.protection.atd import Atd, AtdOptions
+from kankaku.controllers.protection.digital_atc import DigitalAtc, DigitalAtcOptions
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
 from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
@@ -77,6 +78,11 @@ PROTECTIONS = Registry(
         ),
         "atd": Layer(
             Atd, AtdOptions, "one braking curve over the same blocks, as a fine staircase"
+        ),
+        "digital_atc": Layer(
+            DigitalAtc,
+            DigitalAtcOptions,
+            "one brake pattern worked out on board, to a stop point over the same circuits",
         ),
         "relative_braking": Layer(
             RelativeBraking,
@@ -125,7 +131,7 @@ Made = TypeVar("Made")
 OPERATION_PARTS = ("reasons", "initial", "advise")
 PROTECTION_PARTS = (
     *("separation", "promises", "initial", "authorise", "profile", "delay_s", "release_delay_s"),
-    *("idle_time_s", "eoa_behind_m", "permitted_mps"),
+    *("idle_time_s", "sighting_time_s", "eoa_behind_m", "permitted_mps"),
 )
 """What whoever runs a layer calls; see :mod:`kankaku.railway.step.control`."""
 
@@ -167,6 +173,7 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
     """
     # No name in a file has a plus sign: that one comes from the command line.
     where = f"--controller {spec.name}" if "+" in spec.name else f"controllers.{spec.name}"
+    world = world.driven_as(spec.driving)
     if spec.peer is not None:
         try:
             return build_peer(spec.name, spec.peer, world)

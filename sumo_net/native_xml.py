@@ -100,8 +100,7 @@ def rail_attributes(kind: TrainType) -> dict[str, str]:
     """
     traction, resistance = kind.traction, kind.resistance
     grid = np.arange(0.0, kind.maximum_speed_mps + TABLE_SPACING_MPS, TABLE_SPACING_MPS)
-    bends = [traction.power_speed_mps, traction.characteristic_speed_mps]
-    speed_mps = np.unique(np.concatenate([grid, bends]))
+    speed_mps = np.unique(np.concatenate([grid, traction.bends_mps]))
     return {
         "id": names.vehicle_type(kind.id),
         "vClass": "rail",

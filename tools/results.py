@@ -2,8 +2,8 @@
 Write the result tables of the documentation from ``out/``: ``make results``.
 
 Reads what the make targets ``rush-hour``, ``capacity``, ``radio``, ``availability``, ``sakai``,
-``takaoka``, ``seeds``, ``limits``, ``reserve``, ``losses``, ``steps`` and ``bench`` left, and
-replaces the text between ``<!-- name -->`` and ``<!-- end -->``.
+``takaoka``, ``seeds``, ``limits``, ``reserve``, ``losses``, ``steps``, ``interval`` and ``bench``
+left, and replaces the text between ``<!-- name -->`` and ``<!-- end -->``.
 """
 
 import json
@@ -50,7 +50,7 @@ SHORT = ("close_up", "two_stage", "control_map", "atc")
 PLAIN = ("close_up", "two_stage", "two_stage_plain", "approach_point")
 MAPPED = ("close_up", "two_stage", "control_map")
 EXCLUSIVE = ("close_up_exclusive", "approach_point_exclusive")
-PROTECTED = ("close_up", "atc", "atd", "sumo_native_fixed", "sumo_native_moving")
+PROTECTED = ("close_up", "atc", "atd", "d_atc", "sumo_native_fixed", "sumo_native_moving")
 ECO = ("energy_gross_kwh", "energy_net_kwh", "scheduled_speed_kmh")
 DRAWN = ("close_up", "two_stage", "atc", "atd")
 """Controllers in the first figure."""
@@ -377,6 +377,7 @@ def main() -> None:
     _replace(results, "protections", lambda: comparison_table(seeds, PROTECTED))
     _replace(results, "headways", headways_table)
     _replace(results, "capacity", capacity_table)
+    _replace(results, "interval", lambda: (OUT / "station_interval.md").read_text("utf-8").strip())
     _replace(results, "radio", radio_table)
     _replace(results, "availability", availability_table)
     _replace(results, "radio-speed", radio_speed)

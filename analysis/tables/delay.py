@@ -4,8 +4,9 @@ Delay of every call, and how it splits into primary and secondary.
 The *unhindered* run of a train is its trip with its own injected dwell delays and its own
 booked slack, but no other train on the line: from its origin it departs at
 ``max(booked departure, arrival + minimum dwell + injected delay)`` and reaches the next
-call after the shortest technical run time. *Lateness* is a delay where positive, else 0.
-One that takes over the stock of another train begins when the unhindered run of that one ends.
+call after the run time of its driving style, which may be shorter if it departs late. *Lateness*
+is a delay where positive, else 0. One that takes over the stock of another train begins when the
+unhindered run of that one ends.
 The lateness of an arrival is then, exactly,
 
     lateness = unhindered lateness + secondary delay.
@@ -23,7 +24,9 @@ import numpy as np
 import pandas as pd
 
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.motion.run_curve import fastest_run
+from kankaku.railway.motion.run_curve import driven_along
+from kankaku.railway.motion.way import way_on
+from kankaku.railway.plan.profile import Profile
 from kankaku.railway.plan.world import World
 
 AFFECTED_S = 10.0
@@ -49,7 +52,7 @@ class Propagation(NamedTuple):
 
 def technical_run_times_s(world: World) -> FloatArray:
     """
-    Return the shortest run time to each call from the one before, by the line and the train.
+    Return the run time to each call from the one before, by the line and how trains are driven.
 
     Parameters
     ----------
@@ -59,9 +62,18 @@ def technical_run_times_s(world: World) -> FloatArray:
     Returns
     -------
     FloatArray
-        Start to standstill; nan at origins and past the last call.
-        [s], shape (n_trains, n_calls_max)
+        From when the train may depart to its standstill, nobody in its way; nan at origins and
+        past the last call. First if it is not late, then if it is.
+        [s], shape (2, n_trains, n_calls_max)
     """
+    unhurried_s = _run_times_s(world, world.unhurried_profile)
+    if not world.driving.hurries:
+        return np.array([unhurried_s, unhurried_s])
+    return np.array([unhurried_s, _run_times_s(world, world.driven_profile)])
+
+
+def _run_times_s(world: World, profile: Profile) -> FloatArray:
+    """Return the run times of all trains on one profile. [s], shape (n_trains, n_calls_max)"""
     known: dict[tuple[int, float, float], float] = {}
     times_s = np.full((world.size, world.stop_m.shape[1] - 1), np.nan)
     for row in range(world.size):
@@ -70,9 +82,9 @@ def technical_run_times_s(world: World) -> FloatArray:
             start_m, stop_m = world.stop_m[row, column - 1 : column + 1].tolist()
             key = (kind, start_m, stop_m)
             if key not in known:
-                run = fastest_run(world.line_of(row), world.train_types[kind], start_m, stop_m)
-                known[key] = float(run.run_time_s)
-            times_s[row, column] = known[key]
+                way = way_on(profile, kind, world.driven_types[kind], (start_m, stop_m))
+                known[key] = driven_along(way, profile.coasting_band_mps).run_time_s
+            times_s[row, column] = world.departure_lag_s[row] + known[key]
     return times_s
 
 
@@ -89,8 +101,8 @@ def unhindered_arrivals_s(
     dwell_delay_s
         Injected delay beyond the minimum dwell. [s], shape (n_trains, n_calls_max)
     run_times_s
-        Shortest run time to each call from the one before, as
-        :func:`technical_run_times_s` gives it. [s], shape (n_trains, n_calls_max)
+        Run times to each call from the one before, as :func:`technical_run_times_s` gives them.
+        [s], broadcastable to (2, n_trains, n_calls_max)
 
     Returns
     -------
@@ -98,6 +110,7 @@ def unhindered_arrivals_s(
         Arrivals, nan past a train's last call. [s], shape (n_trains, n_calls_max)
     """
     calls = dwell_delay_s.shape[1]
+    run_times_s = np.broadcast_to(run_times_s, (2, *dwell_delay_s.shape))
     arrival_s = np.full(dwell_delay_s.shape, np.nan)
     dwell_s = world.minimum_dwell_s[:, :calls] + dwell_delay_s
     last, stock_from = world.call_count - 1, world.stock_from
@@ -113,7 +126,9 @@ def unhindered_arrivals_s(
         for column in range(1, calls):
             ready_s = arrival_s[rows, column - 1] + dwell_s[rows, column - 1]
             departure_s = np.maximum(world.booked_departure_s[rows, column - 1], ready_s)
-            arrival_s[rows, column] = departure_s + run_times_s[rows, column]
+            late_s = departure_s - world.booked_departure_s[rows, column - 1]
+            late = (late_s > world.driving.late_after_s).astype(np.intp)
+            arrival_s[rows, column] = departure_s + run_times_s[late, rows, column]
     booked = np.arange(calls) < world.call_count[:, np.newaxis]
     return np.where(booked, arrival_s, np.nan)
 

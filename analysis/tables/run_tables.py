@@ -64,9 +64,9 @@ def run_tables(
     record
         What the run left behind.
     run_times_s
-        Shortest run time to each call from the one before, [s], shape (n_trains,
-        n_calls_max); by default :func:`kankaku.analysis.tables.delay.technical_run_times_s` of the
-        record's world, which is the same for all controllers and seeds.
+        Run time to each call from the one before, of trains that are not late and of those that
+        are, [s], broadcastable to (2, n_trains, n_calls_max); by default
+        :func:`kankaku.analysis.tables.delay.technical_run_times_s` of the record's world.
     initial_delay_s
         By how much the train of a sweep overstays; 0 without a sweep. [s]
 

@@ -115,6 +115,7 @@ class OverRadio:
         self.profile = inner.profile
         self.delay_s = inner.delay_s
         self.idle_time_s = inner.idle_time_s
+        self.sighting_time_s = inner.sighting_time_s
         self.release_delay_s = inner.release_delay_s + radio.oldest_knowledge_s
         self._clears_m = [
             np.array([-np.inf, *(passage.clear_m for passage in way)]) for way in world.passages

@@ -108,10 +108,11 @@ class ControlMap:
     separation = Separation.STANDING
     delay_s = 0.0
     idle_time_s = 0.0
+    sighting_time_s = 0.0
 
     def __init__(self, world: World, options: ControlMapOptions, radio: RadioSpec) -> None:
         self._world, self._options, self._radio = world, options, radio
-        self.profile = world.profile
+        self.profile = world.driven_profile
         self.promises = Promises(options.margin_m, validity_s=UPDATE_S * COMMANDS)
         self.release_delay_s = radio.oldest_knowledge_s
         self._ceiling = LineCeiling(world, world.profile)

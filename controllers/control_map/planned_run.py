@@ -42,7 +42,9 @@ class PlannedTrains(NamedTuple):
     """Where trains leave the line. [m]"""
     braking: BrakeTable
     ceiling: CeilingFigures
-    """Traction included."""
+    """As the trains are driven, traction included."""
+    gentler_mps2: FloatArray
+    """By how much the brake for stops is weaker than the service brake. [m/s2], (n_trains,)"""
     length_m: FloatArray
     stop_m: FloatArray
     """shape (n_trains, n_calls + 1)"""
@@ -89,7 +91,8 @@ def trains_of(world: World, pace: Pace) -> PlannedTrains:
         world.far_m,
         world.line.end_m,
         world.braking,
-        ceiling_figures(world, world.profile, step_s),
+        ceiling_figures(world, world.driven_profile, step_s, world.driven_types),
+        _gentler_mps2(world),
         world.length_m,
         world.stop_m,
         world.call_count,
@@ -98,6 +101,12 @@ def trains_of(world: World, pace: Pace) -> PlannedTrains:
         world.minimum_dwell_s,
         world.leaves_at_stop,
     )
+
+
+def _gentler_mps2(world: World) -> FloatArray:
+    driven_mps2 = np.array([kind.service_brake_mps2 for kind in world.driven_types])
+    gentler: FloatArray = world.of_type("service_brake_mps2") - driven_mps2[world.type_index]
+    return gentler
 
 
 class RunPlace(NamedTuple):
@@ -166,7 +175,8 @@ def run(
             else:
                 task.front_m[moment], task.speed_mps[moment] = front, 0.0
                 continue
-        ends = stop_v2, task.end_v2_m2ps2[moment], task.cap_mps[moment - 1]
+        gentle_v2 = 2.0 * trains.gentler_mps2[row] * (trains.stop_m[row, call] - front)
+        ends = stop_v2 - gentle_v2, task.end_v2_m2ps2[moment], task.cap_mps[moment - 1]
         after, held = _next_mps(trains, row, front, speed, ends)
         if held:
             hindered = moment
@@ -200,6 +210,7 @@ def _next_mps(
     wish = pulled_mps(trains.ceiling.traction, row, front, speed)
     wish = min(wish, ceiling_ahead_mps(trains.ceiling, row, front, speed))
     wish = min(wish, max(cap_mps, speed - trains.gentle_mps))
-    wish = min(wish, float(next_speed_mps(speed, stop_v2 - here, loss, 0.0)))
+    gentle_loss = loss - trains.gentler_mps2[row] * trains.step_s
+    wish = min(wish, float(next_speed_mps(speed, stop_v2 - here, gentle_loss, 0.0)))
     kept = float(next_speed_mps(speed, end_v2 - here, loss, 0.0))
     return max(min(wish, kept), speed - loss, 0.0), kept < wish - 1e-6

@@ -265,7 +265,7 @@ class ApproachPointControl:
         world, profile = self._world, self._foresight.profile
         kind, ahead = int(world.type_index[row]), int(world.type_index[leader])
         from_m, to_m = leaders_m[0], min(leaders_m[1], leaders_m[0] + LOOK_AHEAD_M)
-        away = fastest(way_on(profile, ahead, world.train_types[ahead], (from_m, to_m)))
+        away = fastest(way_on(profile, ahead, world.driven_types[ahead], (from_m, to_m)))
         fronts_m = np.arange(from_m, to_m, MOMENT_M)
         speeds_mps = np.interp(fronts_m, away.chainage_m, away.speed_mps)
         eoas_m = self._foresight.eoa_behind_m(row, call, leader, fronts_m, speeds_mps)
@@ -273,7 +273,7 @@ class ApproachPointControl:
         return Site(
             profile=profile,
             row=kind,
-            train_type=world.train_types[kind],
+            train_type=world.driven_types[kind],
             stop_m=leaders_m[0],
             delay_s=self._foresight.delay_s,
             eoa_m=np.maximum.accumulate(eoas_m),

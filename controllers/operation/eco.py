@@ -155,7 +155,7 @@ class Eco:
         way = way_on(
             self._profile,
             kind,
-            world.train_types[kind],
+            world.driven_types[kind],
             (front_m, stop_m),
             (float(state.speed_mps[row]), 0.0),
         )

@@ -76,10 +76,11 @@ class TwoStage:
         self._pre_deceleration = pre_deceleration
         self._step_s = world.step_s
         # One a and b for all: the slowest starter ahead and the weakest brake behind.
-        self._acceleration_mps2 = min(kind.starting_acceleration_mps2 for kind in world.train_types)
+        driven = world.driven_types
+        self._acceleration_mps2 = min(kind.starting_acceleration_mps2 for kind in driven)
         self._brake_mps2 = min(kind.service_brake_mps2 for kind in world.train_types)
         self._first_stage_mps2 = two_stage_brake_mps2(self._acceleration_mps2, self._brake_mps2)
-        self._run_up = [RunUp.of(kind) for kind in world.train_types]
+        self._run_up = [RunUp.of(kind) for kind in driven]
         self._forecast = DepartureForecast(
             world, self._run_up, self._acceleration_mps2, self._brake_mps2
         )

@@ -121,6 +121,7 @@ class Atd:
     """One braking curve over fixed blocks, sent as a staircase and followed smoothly."""
 
     separation = Separation.CIRCUITS
+    sighting_time_s = 0.0
     idle_time_s = 0.0
     """The patterns have the idle time in them. [s]"""
 
@@ -129,7 +130,7 @@ class Atd:
         self._world = world
         self._options = options
         self.promises = Promises(options.overlap_m)
-        self.profile = world.profile
+        self.profile = world.driven_profile
         self.delay_s = 0.0
         self.release_delay_s = world.line.release_delay_s
         self._ceiling = LineCeiling(world, world.profile)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kankaku.controllers.protection.brake_pattern import brake_pattern_mps
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import Plain, compiled
 from kankaku.railway.motion.kinematics import next_speed_mps
@@ -89,13 +90,8 @@ def control_mps(train: int, end_m: float, stop_m: float, patterns: Patterns) -> 
     float
         [m/s]
     """
-    if end_m >= stop_m:
-        return 0.0
-    braking, service_mps2 = patterns.braking, patterns.braking.service_mps2[train]
-    whole = braking_v2_at(braking, train, stop_m) - braking_v2_at(braking, train, end_m)
-    spared = 2.0 * (1.0 - patterns.control_share) * service_mps2 * (stop_m - end_m)
-    brake_mps2 = patterns.control_share * service_mps2
-    return float(next_speed_mps(0.0, whole - spared, 0.0, brake_mps2 * patterns.idle_time_s))
+    brake = patterns.control_share, patterns.idle_time_s
+    return float(brake_pattern_mps(patterns.braking, train, end_m, stop_m, brake))
 
 
 @compiled

@@ -1,13 +1,14 @@
 """The line ceiling as every protection enforces it."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import Plain, compiled, plain
-from kankaku.railway.motion.kinematics import next_speed_mps
+from kankaku.railway.motion.kinematics import next_speed_mps, rising_speed_mps
 from kankaku.railway.motion.traction_table import TractionTable, pulled_mps, traction_table
 from kankaku.railway.plan.brake_table import (
     BrakeTable,
@@ -18,6 +19,7 @@ from kankaku.railway.plan.brake_table import (
 )
 from kankaku.railway.plan.limit_table import LimitTable, piece_at
 from kankaku.railway.plan.profile import Profile
+from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import LineState, Whereabouts
 
@@ -56,7 +58,9 @@ def figures_of(fields: Plain) -> CeilingFigures:
     )
 
 
-def ceiling_figures(world: World, profile: Profile, step_s: float) -> CeilingFigures:
+def ceiling_figures(
+    world: World, profile: Profile, step_s: float, train_types: Sequence[TrainType] = ()
+) -> CeilingFigures:
     """
     Lay out the line ceiling for compiled functions.
 
@@ -68,6 +72,8 @@ def ceiling_figures(world: World, profile: Profile, step_s: float) -> CeilingFig
         The line.
     step_s
         Length of a step. [s]
+    train_types
+        What counts in place of the world's train types, if there is anything.
 
     Returns
     -------
@@ -77,7 +83,7 @@ def ceiling_figures(world: World, profile: Profile, step_s: float) -> CeilingFig
     return CeilingFigures(
         profile.braking(world.type_index),
         profile.limit_table,
-        traction_table(world, profile, step_s),
+        traction_table(world, profile, step_s, train_types),
         # Nobody is further ahead after a step than with its greatest acceleration throughout.
         0.5 * step_s**2 * world.greatest_acceleration_mps2,
     )
@@ -158,8 +164,13 @@ def braked_to_mps(
     here, there = (
         braking_v2_each(world.braking, rows, place_m) for place_m in (ends_m[0], within_m)
     )
-    taken = delay_s * np.array(world.train_types[world.type_index[row]].service_brake_mps2)
-    return next_speed_mps(0.0, np.maximum(there - here, 0.0), 0.0, taken)
+    kind = world.train_types[world.type_index[row]]
+    # From a constant speed the force rises evenly, which costs half of its build-up.
+    late_s = delay_s + 0.5 * kind.brake_rise_s
+    room = np.maximum(there - here, 0.0) / kind.safety_factor
+    braked_mps = next_speed_mps(0.0, room, 0.0, np.array(late_s * kind.service_brake_mps2))
+    kept_mps: FloatArray = np.maximum(braked_mps - kind.overspeed_mps, 0.0)
+    return kept_mps
 
 
 @compiled
@@ -189,7 +200,7 @@ def ceiling_here_mps(line: CeilingFigures, train: int, front_m: float) -> float:
 
 @compiled
 def _braked_mps(
-    line: CeilingFigures, train: int, piece: int, front_m: float, speed_mps: float
+    line: CeilingFigures, train: int, piece: int, front_m: float, speed_mps: float, rise_mps: float
 ) -> float:
     """Return the speed after a step from which the service brake keeps all limits ahead."""
     limits, braking, step_s = line.limits, line.braking, line.traction.step_s
@@ -206,11 +217,17 @@ def _braked_mps(
             lowest_mps = min(lowest_mps, limit)
         elif limit < limits.limit_mps[after - 1]:
             v2 = limit * limit + braking_v2_there(braking, begins) - here
-            braked = max(next_speed_mps(speed_mps, v2, loss, 0.0), limit)
+            braked = max(rising_speed_mps(speed_mps, v2, (loss, 0.0), rise_mps), limit)
             lowest_mps = min(lowest_mps, max(braked, limit), 2.0 * way / step_s - speed_mps)
         after += 1
     v2 = limits.lowest_v2_m2ps2[after] - here
-    return min(float(lowest_mps), float(next_speed_mps(speed_mps, v2, loss, 0.0)))
+    braked = float(next_speed_mps(speed_mps, v2, loss, 0.0))
+    if rise_mps < np.inf:
+        rising = rising_speed_mps(speed_mps, v2, (loss, 0.0), rise_mps)
+        # Who is no faster than the limit, or cannot get faster than this, need not brake for it.
+        if rising < pulled_mps(line.traction, train, front_m, speed_mps):
+            braked = min(braked, max(float(rising), float(limits.lowest_mps[after])))
+    return min(float(lowest_mps), braked)
 
 
 @compiled
@@ -245,7 +262,9 @@ def _let_go_mps(
 
 
 @compiled
-def ceiling_ahead_mps(line: CeilingFigures, train: int, front_m: float, speed_mps: float) -> float:
+def ceiling_ahead_mps(
+    line: CeilingFigures, train: int, front_m: float, speed_mps: float, rise_mps: float = np.inf
+) -> float:
     """
     Return how fast a train may be at the end of a step.
 
@@ -262,6 +281,9 @@ def ceiling_ahead_mps(line: CeilingFigures, train: int, front_m: float, speed_mp
         Front at the start of the step. [m]
     speed_mps
         Speed there. [m/s]
+    rise_mps
+        Greatest growth of what the brake takes from step to step; infinite for a brake that is
+        whole at once. [m/s]
 
     Returns
     -------
@@ -271,7 +293,7 @@ def ceiling_ahead_mps(line: CeilingFigures, train: int, front_m: float, speed_mp
     limits, step_s = line.limits, line.traction.step_s
     place = place_of(line.braking, train, front_m)
     piece = piece_at(limits, place)
-    braked_mps = _braked_mps(line, train, piece, front_m, speed_mps)
+    braked_mps = _braked_mps(line, train, piece, front_m, speed_mps, rise_mps)
     pulled = pulled_mps(line.traction, train, front_m, speed_mps)
     if pulled <= limits.limit_mps[piece]:
         return min(braked_mps, float(limits.limit_mps[piece]))

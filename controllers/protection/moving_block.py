@@ -124,6 +124,7 @@ class MovingBlock:
     separation = Separation.STANDING
     release_delay_s = 0.0
     idle_time_s = 0.0
+    sighting_time_s = 0.0
 
     def __init__(self, world: World, options: MovingBlockOptions) -> None:
         buffers = options.buffers(world)
@@ -132,14 +133,14 @@ class MovingBlock:
             raise OptionError(problem, "position_error_percent = 0")
         self.promises = Promises(options.margin_m, buffers, options.exclusive_platform)
         self._world = world
-        self.profile = world.profile
+        enforced, self.profile = world.profile, world.driven_profile
         if not buffers.none:
-            self.profile = world.tabulated(buffers)
+            enforced, self.profile = world.tabulated(buffers), world.driven(buffers)
         self.delay_s = buffers.delay_s
         self._delays_s = np.full(world.size, buffers.delay_s)
         self._at_once = AtOnce(world.size)
         self._own_ceiling = np.full(world.size, NOTHING, dtype=np.intp)
-        self.ceiling = LineCeiling(world, self.profile)
+        self.ceiling = LineCeiling(world, enforced)
         self._line_ceiling = plain(self.ceiling.figures)
         self._spacing = plain(
             Spacing(

@@ -41,6 +41,10 @@ class MultiStepAtcOptions:
     """Kept free before an occupied block. [m]"""
     counted_blocks: float = 8.0
     """Free blocks that are counted; more of them show the same code. [-]"""
+    sighting_time_s: float = 0.0
+    """Of lineside signals: a driver acts on one so long before it. 0 with cab signals. [s]"""
+    overlap_beyond_m: float = 0.0
+    """Beyond the end of a block: it counts as occupied until that is free, too. [m]"""
 
     def __post_init__(self) -> None:
         codes = self.codes_kmh
@@ -50,13 +54,17 @@ class MultiStepAtcOptions:
         require("idle_time_s", self.idle_time_s, 0.0, 10.0)
         require("release_below_kmh", self.release_below_kmh, 0.0, 20.0)
         require("overlap_m", self.overlap_m, 0.0, 1000.0)
+        require("sighting_time_s", self.sighting_time_s, 0.0, 60.0)
+        require("overlap_beyond_m", self.overlap_beyond_m, 0.0, 1000.0)
         require("counted_blocks", self.counted_blocks, 1.0, 100.0)
         if self.counted_blocks % 1.0:
             problem = f"counted_blocks is {self.counted_blocks:g}"
             raise OptionError(problem, "a whole number")
 
 
-OBEYED_MPS, TAKES_EFFECT_S, BRAKING = 0, 1, 2
+OBEYED_MPS, TAKES_EFFECT_S, BRAKING, ACTS_S = 0, 1, 2, 3
+ROUNDING_M = 1e-6
+"""A circuit that begins where an overlap ends does not belong to it. [m]"""
 
 
 class Signals(NamedTuple):
@@ -72,6 +80,10 @@ class Signals(NamedTuple):
     below_mps: float
     """The brake is released so far below the code. [m/s]"""
     overlap_m: float
+    beyond_m: float
+    """See :attr:`MultiStepAtcOptions.overlap_beyond_m`. [m]"""
+    sighting_time_s: float
+    step_s: float
     far_m: float
     """Where nothing ends the way. [m]"""
 
@@ -83,9 +95,10 @@ class Shown(NamedTuple):
     onboard: FloatArray
     """
     The code that each train obeys [m/s], when the brake for a lower one takes effect [s],
-    infinite where none is shown, and 1 from then until the brake is released, else 0.
+    infinite where none is shown, and 1 from then until the brake is released, else 0; and when its
+    driver acts on a lineside signal ahead [s], infinite where none in sight is lower.
 
-    Shape (3, n_trains).
+    Shape (4, n_trains).
     """
 
 
@@ -99,10 +112,12 @@ class MultiStepAtc:
         self._world = world
         self._options = options
         self.promises = Promises(options.overlap_m, idle_time_s=options.idle_time_s)
-        self.profile = world.profile
+        self.profile = world.driven_profile
         self.delay_s = 0.0
         self.release_delay_s = world.line.release_delay_s
         self.idle_time_s = options.idle_time_s
+        self.sighting_time_s = options.sighting_time_s
+        self._beyond_m = max(options.overlap_beyond_m - ROUNDING_M, 0.0)
         self._codes_mps = np.array(options.codes_kmh) / 3.6
         self._braking = Braking(options.idle_time_s, options.overlap_m, world.step_s)
         counted = int(options.counted_blocks)
@@ -118,6 +133,9 @@ class MultiStepAtc:
                 options.idle_time_s,
                 options.release_below_kmh / 3.6,
                 options.overlap_m,
+                self._beyond_m,
+                options.sighting_time_s,
+                world.step_s,
                 world.far_m,
             )
         )
@@ -140,8 +158,8 @@ class MultiStepAtc:
 
     def initial(self) -> Shown:
         """Return the memory before the first step: no train has been shown anything."""
-        onboard = np.zeros((3, self._world.size))
-        onboard[TAKES_EFFECT_S] = np.inf
+        onboard = np.zeros((4, self._world.size))
+        onboard[TAKES_EFFECT_S] = onboard[ACTS_S] = np.inf
         return Shown(self._detection.blind(), onboard)
 
     def authorise(self, state: LineState, memory: Shown) -> tuple[Authority, Shown]:
@@ -172,7 +190,7 @@ class MultiStepAtc:
         detection = self._detection
         tail_m = leader_front_m - self._world.length_m[leader]
         occupied_m = detection.boundary_m(row, detection.circuits, tail_m)
-        boundary_m = detection.boundary_m(row, detection.blocks, occupied_m)
+        boundary_m = detection.boundary_m(row, detection.blocks, occupied_m - self._beyond_m)
         return boundary_m - self._options.overlap_m
 
     def permitted_mps(self, row: int, front_m: FloatArray, eoa_m: FloatArray) -> FloatArray:
@@ -234,8 +252,9 @@ def _authorise(
             continue
         front_m, speed_mps = trains.front_m[train], trains.speed_mps[train]
         code_mps = signals.code_mps[signals.type_index[train]]
+        kept_m = danger_m[train] - signals.beyond_m
         shown, highest, occupied_m = _code_mps(
-            front_m, danger_m[train], signals.route[train], blocks, code_mps
+            front_m, kept_m, signals.route[train], blocks, code_mps
         )
         # A train that stands closer to an occupied block than the overlap stays there.
         eoa_m[train] = min(max(occupied_m - signals.overlap_m, front_m), signals.far_m)
@@ -247,7 +266,54 @@ def _authorise(
         # The highest code of a block is the line's own, whatever is ahead.
         if bound_mps < line_mps and min(shown, onboard[OBEYED_MPS, train]) < highest:
             ceiling_by[train] = danger_by[train]
+        if signals.sighting_time_s > 0.0:
+            brake_mps2 = 0.0
+            if occupied_m < np.inf:
+                ways = signals.route[train], blocks, code_mps
+                brake_mps2 = _ahead_mps2(front_m, speed_mps, occupied_m, ways, signals)
+            acted_mps = _acted_mps(time_s, speed_mps, brake_mps2, onboard[:, train], signals)
+            if acted_mps < ceiling_mps[train]:
+                ceiling_mps[train], ceiling_by[train] = acted_mps, danger_by[train]
     return eoa_m, ceiling_mps, eoa_by, ceiling_by
+
+
+@compiled
+def _ahead_mps2(
+    front_m: float,
+    speed_mps: float,
+    occupied_m: float,
+    ways: tuple[int, Tiling, FloatArray],
+    signals: Signals,
+) -> float:
+    """Return the even brake that the signals in sight ask for: to their codes, in their blocks."""
+    route, blocks, code_mps = ways
+    here, occupied = place_of_front(blocks, route, front_m), place_of(blocks, route, occupied_m)
+    seen_m, most = front_m + speed_mps * signals.sighting_time_s, code_mps.shape[1] - 1
+    brake_mps2 = 0.0
+    for place in range(here + 1, occupied):
+        if blocks.start_m[place] > seen_m:
+            break
+        code = code_mps[place, min(occupied - place - 1, most)]
+        if code < speed_mps and code < code_mps[place, most]:
+            end_m = blocks.end_m[place] - (signals.overlap_m if code <= 0.0 else 0.0)
+            way_m = max(end_m, blocks.start_m[place]) - front_m
+            brake_mps2 = max(brake_mps2, 0.5 * (speed_mps * speed_mps - code * code) / way_m)
+    return float(brake_mps2)
+
+
+@compiled
+def _acted_mps(
+    time_s: float, speed_mps: float, brake_mps2: float, onboard: FloatArray, signals: Signals
+) -> float:
+    """Return what a driver runs who sees signals ahead, and write since when he acts on them."""
+    if brake_mps2 <= 0.0:
+        onboard[ACTS_S] = np.inf
+        return np.inf
+    if onboard[ACTS_S] == np.inf:
+        onboard[ACTS_S] = time_s + signals.idle_time_s
+    if time_s < onboard[ACTS_S]:
+        return np.inf
+    return max(speed_mps - brake_mps2 * signals.step_s, 0.0)
 
 
 @compiled
@@ -255,12 +321,13 @@ def _bound_mps(
     time_s: float, shown: float, speed_mps: float, onboard: FloatArray, signals: Signals
 ) -> float:
     """Return what a train that is shown a code may run, and write what it remembers."""
-    obeyed, takes_effect_s, braking = onboard
+    obeyed, takes_effect_s, braking, acts_s = onboard
     if shown >= obeyed:
         braking = braking if shown == obeyed else 0.0
         obeyed, takes_effect_s = shown, np.inf
     elif takes_effect_s == np.inf:
-        takes_effect_s = time_s + signals.idle_time_s
+        # Who brakes already for what he has seen does not react once more.
+        takes_effect_s = time_s if acts_s <= time_s else time_s + signals.idle_time_s
     if time_s >= takes_effect_s:
         obeyed, takes_effect_s = shown, np.inf
         braking = 1.0 if speed_mps > shown else 0.0

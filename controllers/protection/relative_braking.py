@@ -61,10 +61,11 @@ class RelativeBraking:
     delay_s = 0.0
     release_delay_s = 0.0
     idle_time_s = 0.0
+    sighting_time_s = 0.0
 
     def __init__(self, world: World, options: RelativeBrakingOptions) -> None:
         self._world = world
-        self.profile = world.profile
+        self.profile = world.driven_profile
         self._margin_m = options.margin_m
         self.promises = Promises(options.margin_m)
         self.ceiling = LineCeiling(world, world.profile)

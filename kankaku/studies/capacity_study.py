@@ -285,7 +285,7 @@ def assess_by_theory(study: Study, spec: ControllerSpec) -> CapacityAssessment:
     CapacityAssessment
         Nothing in it is simulated.
     """
-    world = world_of(study.scenario, study.step_s)
+    world = world_of(study.scenario, study.step_s).driven_as(spec.driving)
     controller = registry.build(spec, world, study.scenario.radio)
     pattern = pattern_of_peak(study.scenario.timetable)
     row, service = pattern.row, study.scenario.timetable.services[pattern.row]

@@ -86,7 +86,9 @@ def world_of(scenario: Scenario, step_s: float) -> World:
     World
         Its arrays.
     """
-    return build_world(scenario.line, scenario.train_types, scenario.timetable, step_s)
+    return build_world(
+        scenario.line, scenario.train_types, scenario.timetable, step_s, scenario.driving
+    )
 
 
 def run_once(  # noqa: PLR0913 - one argument per part of a run
@@ -137,7 +139,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
     weak = assess(scenario.line, scenario.train_types, scenario.timetable).shortfalls
     if weak:
         raise StudyError("; ".join(f"{item.leg.train_type}: {item}" for item in weak))
-    world = world_of(scenario, step_s)
+    world = world_of(scenario, step_s).driven_as(spec.driving)
     delays_s = scenario.dwell_delays.draw(scenario.timetable, seed)
     controller = _wrapped(registry.build(spec, world, scenario.radio), wrap)
     peer = registry.PEERS[spec.peer] if spec.peer else None

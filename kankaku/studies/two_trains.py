@@ -78,7 +78,7 @@ def simulated_headway_s(
     row, call = place
     steps = max(round(RESOLUTION_S / study.step_s), 1)
     unit_s = steps * study.step_s
-    world = world_of(study.scenario, study.step_s)
+    world = world_of(study.scenario, study.step_s).driven_as(spec.driving)
     foresight = foresight_of(registry.build(spec, world, study.scenario.radio))
     journey = technical_journey(world, permitted_profile(world, foresight, row), row)
 

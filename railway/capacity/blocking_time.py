@@ -165,7 +165,8 @@ def needed_eoa_m(
 
     It hinders a train that runs faster than it permits, unless the train brakes with its whole
     service brake anyway: then all it needs is room to come to a stand. Where protection never
-    permits so much, what it permits at most counts.
+    permits so much, what it permits at most counts. With lineside signals the same holds as far
+    ahead as the driver acts on them.
 
     Parameters
     ----------
@@ -185,19 +186,33 @@ def needed_eoa_m(
     """
     row = journey.row
     front_m, speed_mps = journey.at(time_s)
-    far_m = np.full(front_m.size, world.far_m)
-    wanted_mps = np.minimum(speed_mps, foresight.permitted_mps(row, front_m, far_m)) - HARDLY_MPS
-
-    def is_enough(eoa_m: FloatArray) -> BoolArray:
-        return foresight.permitted_mps(row, front_m, eoa_m) >= wanted_mps
-
-    enough_m = _first(is_enough, front_m, far_m, EXACT_M / 8.0)
-    profile = foresight.profile
+    wanted_mps, enough_m = _enough_m(world, foresight, row, front_m, speed_mps)
+    if foresight.sighting_time_s:
+        seen_m = np.minimum(front_m + speed_mps * foresight.sighting_time_s, world.far_m)
+        enough_m = np.maximum(enough_m, _enough_m(world, foresight, row, seen_m, speed_mps)[1])
+    profile = world.profile
     potential = profile.potential_m2ps2[world.type_index[row]]
     used_up = np.interp(front_m, profile.grid_m, potential) + 0.5 * np.square(speed_mps)
     stands_m = np.interp(used_up, potential, profile.grid_m)
     needed_m = np.where(journey.brakes_at(time_s), stands_m, enough_m)
     return np.where(wanted_mps > 0.0, needed_m, -np.inf)
+
+
+def _enough_m(
+    world: World,
+    foresight: Foresight,
+    row: int,
+    place_m: FloatArray,
+    speed_mps: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Return what a train wants to be permitted at some places, and the least limits for it."""
+    far_m = np.full(place_m.size, world.far_m)
+    wanted_mps = np.minimum(speed_mps, foresight.permitted_mps(row, place_m, far_m)) - HARDLY_MPS
+
+    def is_enough(eoa_m: FloatArray) -> BoolArray:
+        return foresight.permitted_mps(row, place_m, eoa_m) >= wanted_mps
+
+    return wanted_mps, _first(is_enough, place_m, far_m, EXACT_M / 8.0)
 
 
 def _first(

@@ -57,7 +57,7 @@ def permitted_profile(world: World, foresight: Foresight, row: int) -> Profile:
     if not binds.any():
         return profile
     bound_mps = np.where(binds, free_mps, np.inf)
-    potential_m2ps2 = profile.potential_m2ps2[kind, inside]
+    potential_m2ps2 = world.profile.potential_m2ps2[kind, inside]
 
     def with_braking(braking: Sequence[_Braking]) -> Profile:
         met_mps = _met_mps(front_m, bound_mps, potential_m2ps2, braking)

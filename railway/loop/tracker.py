@@ -44,6 +44,8 @@ class Tracker:
         self._calls_version = self._grants = 0
         self._ready: list[int] = []
         self._unfinished = size
+        # Who moves now began to a step ago, and might have departed a reaction before.
+        self._late_s = world.step_s + world.driving.departure_reaction_s
         self._fastest_mps = max(kind.maximum_speed_mps for kind in world.train_types)
         self._no_clearing_before_s = -np.inf
         shape = (size, world.stop_m.shape[1] - 1)
@@ -152,7 +154,7 @@ class Tracker:
         self._last_arrival_s = self._last_arrival_s.copy()
         for row in departed:
             call = self._next_call[row]
-            self.departure_s[row, call - 1] = seen.time_s - self._world.step_s
+            self.departure_s[row, call - 1] = seen.time_s - self._late_s
         for row in seen.entered:
             self._present[row] = True
             self._running[row] = True

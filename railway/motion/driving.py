@@ -21,6 +21,8 @@ class Driving(NamedTuple):
     """Hold the target speed so far before coasting. [m]"""
     through: BoolArray
     """Coast all the way, from whatever speed the section is entered at."""
+    again_mps: FloatArray
+    """Speed up again where coasting has made it slower than this. [m/s]"""
 
     @classmethod
     def fastest(cls, way: Way) -> "Driving":
@@ -38,7 +40,31 @@ class Driving(NamedTuple):
             Cruise at every limit as far as it goes.
         """
         sections = way.limit_mps.size
-        return cls(way.limit_mps, np.full(sections, np.inf), np.zeros(sections, dtype=np.bool_))
+        never = np.zeros(sections)
+        return cls(way.limit_mps, np.full(sections, np.inf), never > 0.0, never)
+
+    @classmethod
+    def coasting(cls, way: Way, band_mps: float) -> "Driving":
+        """
+        Return how to drive to the limits, coasting from each of them again and again.
+
+        Parameters
+        ----------
+        way
+            The way.
+        band_mps
+            By how much a train gets slower before it speeds up again. [m/s]
+
+        Returns
+        -------
+        Driving
+            The fastest one where it does not coast.
+        """
+        fastest = cls.fastest(way)
+        if band_mps <= 0.0:
+            return fastest
+        again_mps = np.maximum(way.limit_mps - band_mps, 0.0)
+        return fastest._replace(cruise_m=np.zeros(way.limit_mps.size), again_mps=again_mps)
 
 
 class Trace(NamedTuple):
@@ -85,6 +111,7 @@ def trace(way: Way, drive: Driving) -> Trace:
             drive.target_mps,
             drive.cruise_m,
             drive.through,
+            0.5 * np.square(drive.again_mps),
             0.5 * way.start_mps**2,
             pull,
             coast,
@@ -133,6 +160,7 @@ def _drive(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     target_mps: FloatArray,
     cruise_m: FloatArray,
     through: BoolArray,
+    again: FloatArray,
     start_energy: float,
     pull: FloatArray,
     coast: FloatArray,
@@ -151,6 +179,8 @@ def _drive(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
             mode = COASTING if through[now] else SPEEDING_UP
             left_m = cruise_m[now]
             target = 0.5 * target_mps[now] * target_mps[now]
+        if mode == COASTING and energy < again[now]:
+            mode = SPEEDING_UP
         speeds_up = mode == SPEEDING_UP and energy < target
         ahead, mode, run_m = _drive_cell(mode, energy, target, left_m, step_m, drags, pull, coast)
         cruised[now] += run_m

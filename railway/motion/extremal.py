@@ -44,6 +44,8 @@ class Rates(NamedTuple):
     electric: tuple[float, float, float]
     """Greatest rate [m/s2], power [W/kg] and cutoff speed [m/s] of the electric brake."""
     service_brake_mps2: float
+    net_brake: float
+    """1 where gradients and curves are part of the service brake; else 0. [-]"""
     bought: float
     """Energy from the wire for a unit of work of traction. [-]"""
     sold: float
@@ -95,6 +97,7 @@ def rates_of(train_type: TrainType, price_wpkg: float) -> Rates:
             supply.regeneration_cutoff_mps,
         ),
         train_type.service_brake_mps2,
+        float(train_type.net_brake),
         1.0 / supply.traction_efficiency,
         supply.regeneration_efficiency,
         price_wpkg,
@@ -381,7 +384,8 @@ def _over_a_step(
     if brakes:
         rate, power, cutoff_mps = rates.electric
         electric: float = electric_brake_n(speed_mps, rate, power, cutoff_mps)  # type: ignore[assignment]
-        loss += max(min(electric, rates.service_brake_mps2 - loss), 0.0)
+        taken = loss + rates.net_brake * drag
+        loss += max(min(electric, rates.service_brake_mps2 - taken), 0.0)
         if electric < rate:
             sold = -electric * inverse * inverse
     slope = -loss - drag

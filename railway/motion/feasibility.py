@@ -215,7 +215,9 @@ def starting_needs_n(line: Line, train_type: TrainType, fronts_m: FloatArray) ->
     length_m = train_type.length_m
     along_m = np.arange(0.5, max(np.floor(length_m), 1.0))
     places_m = fronts_m[:, np.newaxis] - along_m * length_m / along_m.size
-    curves_mps2 = line.curve_resistance_mps2(places_m).mean(axis=1)
+    curves_mps2 = line.curve_resistance_mps2(
+        places_m, curve_resistance_m=train_type.curve_resistance_m
+    ).mean(axis=1)
     gravity_mps2 = GRAVITY_MPS2 * gradients(line, train_type, fronts_m)
     rolling_n = float(train_type.resistance.force_n(np.zeros(1))[0])
     needed_n: FloatArray = rolling_n + train_type.mass_kg * (gravity_mps2 + curves_mps2)
@@ -289,7 +291,7 @@ def _braking(alone: _Alone, legs: Sequence[Leg]) -> list[Shortfall]:
     """Return where gravity is too strong for a brake: on descents, and at stops either way."""
     places = [_steepest(alone, leg) for leg in legs]
     slope, place_m, leg = max(places, key=lambda place: abs(place[0]))
-    needed = GRAVITY_MPS2 * alone.train_type.gravity_ratio * abs(slope) + RESERVE_MPS2
+    needed = GRAVITY_MPS2 * alone.train_type.brake_gravity_ratio * abs(slope) + RESERVE_MPS2
     brakes = {
         Lack.SERVICE_BRAKE: alone.train_type.service_brake_mps2,
         Lack.EMERGENCY_BRAKE: alone.train_type.emergency_brake_mps2,

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.motion.run_curve import RunCurve, fastest
+from kankaku.railway.motion.run_curve import RunCurve, driven_along
 from kankaku.railway.motion.way import way_on
 from kankaku.railway.plan.profile import Profile
 from kankaku.railway.plan.world import World
@@ -134,7 +134,8 @@ def technical_journey(world: World, profile: Profile, row: int) -> Journey:
     calls = int(world.call_count[row])
     booked_s = world.booked_arrival_s[row, :calls]
     dwell_s = world.booked_departure_s[row, :calls] - booked_s
-    steps_s = dwell_s[:-1] + [run.run_time_s for run in runs[: calls - 1]]
+    lag_s = float(world.departure_lag_s[row])
+    steps_s = dwell_s[:-1] + [lag_s + run.run_time_s for run in runs[: calls - 1]]
     arrival_s = booked_s[0] + np.concatenate([[0.0], np.cumsum(steps_s)])
     return _journey(world, profile, runs, row, (arrival_s, arrival_s + dwell_s))
 
@@ -161,8 +162,9 @@ def booked_journey(world: World, profile: Profile, row: int) -> Journey:
     calls = int(world.call_count[row])
     arrival_s = world.booked_arrival_s[row, :calls].copy()
     departure_s = world.booked_departure_s[row, :calls].copy()
+    lag_s = float(world.departure_lag_s[row])
     for call in range(1, calls):
-        soonest_s = departure_s[call - 1] + runs[call - 1].run_time_s
+        soonest_s = departure_s[call - 1] + lag_s + runs[call - 1].run_time_s
         arrival_s[call] = max(arrival_s[call], soonest_s)
         ready_s = arrival_s[call] + world.minimum_dwell_s[row, call]
         departure_s[call] = max(departure_s[call], ready_s)
@@ -172,14 +174,14 @@ def booked_journey(world: World, profile: Profile, row: int) -> Journey:
 def _fastest_runs(world: World, profile: Profile, row: int) -> list[RunCurve]:
     """Return the fastest run to each call, and the one out of the line if the train goes on."""
     kind = int(world.type_index[row])
-    train_type = world.train_types[kind]
+    train_type, band_mps = world.driven_types[kind], profile.coasting_band_mps
     stops_m = world.stop_m[row, : world.call_count[row]].tolist()
     ways = [way_on(profile, kind, train_type, ends_m) for ends_m in pairwise(stops_m)]
     if not world.leaves_at_stop[row]:
         speeds_mps = 0.0, train_type.maximum_speed_mps
         ends_m = stops_m[-1], world.line.end_m
         ways.append(way_on(profile, kind, train_type, ends_m, speeds_mps))
-    return [fastest(way) for way in ways]
+    return [driven_along(way, band_mps) for way in ways]
 
 
 def _journey(
@@ -192,13 +194,14 @@ def _journey(
     arrival_s, departure_s = calls_s
     log = _Log()
     log.stand(float(arrival_s[0]), float(world.stop_m[row, 0]))
-    ends_s = [*arrival_s[1:].tolist(), departure_s[-1] + runs[-1].run_time_s]
-    for run, start_s, end_s in zip(runs, departure_s.tolist(), ends_s, strict=False):
+    starts_s = departure_s + world.departure_lag_s[row]
+    ends_s = [*arrival_s[1:].tolist(), starts_s[-1] + runs[-1].run_time_s]
+    for run, start_s, end_s in zip(runs, starts_s.tolist(), ends_s, strict=False):
         log.run(start_s, run, end_s - start_s)
     if len(runs) < arrival_s.size:
         log.stand(float(departure_s[-1]), float(world.stop_m[row, arrival_s.size - 1]))
     chainage_m, speed_mps = np.concatenate(log.chainage_m), np.concatenate(log.speed_mps)
-    potential = profile.potential_m2ps2[world.type_index[row]]
+    potential = world.profile.potential_m2ps2[world.type_index[row]]
     rise = np.diff(np.interp(chainage_m, profile.grid_m, potential))
     excess = 0.5 * np.diff(np.square(speed_mps)) + rise
     return Journey(

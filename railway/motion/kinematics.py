@@ -2,7 +2,13 @@
 
 import math
 
-from kankaku.railway.compiled import elementwise
+import numpy as np
+
+from kankaku.railway.compiled import compiled, elementwise
+
+NEWTON_STEPS = 8
+NEAR_MPS = 1e-6
+"""Speeds after a step are known this well. [m/s]"""
 
 
 @elementwise
@@ -66,6 +72,64 @@ def next_speed_mps(speed_mps: float, square_m2ps2: float, loss_mps: float, lag_m
         return 0.0
     half = 0.5 * loss_mps + lag_mps
     return math.sqrt(half * half + room) - half
+
+
+@compiled
+def rising_speed_mps(
+    speed_mps: float, square_m2ps2: float, losses_mps: tuple[float, float], rise_mps: float
+) -> float:
+    r"""
+    Return :func:`next_speed_mps` for a brake that builds up.
+
+    From an acceleration :math:`a` a brake that rises at a rate :math:`j` to its deceleration
+    :math:`b` takes a train of speed :math:`v` further than its braking distance by
+    :math:`v (a + b)^2 / 2 j b`, but for terms that do not grow with the speed. So after a step
+    in which it gains :math:`v_1 - v_0` its front counts as further on by a delay of that kind,
+
+    .. math:: v_1^2 + l (v_0 + v_1) + 2 m v_1 + \frac{u^2}{r} v_1
+        + \frac{u^3}{3 r^2} \max(\tfrac34 u - l, 0) \le w, \qquad u = l + v_1 - v_0
+
+    with the speed :math:`r` by which a step of a rising brake takes more than the one before.
+
+    Parameters
+    ----------
+    speed_mps
+        Speed at the start of the step. [m/s]
+    square_m2ps2
+        Square of the speed that the curve allows at the present position. [m2/s2]
+    losses_mps
+        Speed lost by braking for a step, and for the delay of :func:`next_speed_mps`. [m/s]
+    rise_mps
+        Greatest growth of the speed lost from step to step; infinite for a brake that is whole at
+        once. [m/s]
+
+    Returns
+    -------
+    float
+        Speed at the end of the step. [m/s]
+    """
+    loss_mps, lag_mps = losses_mps
+    after = float(next_speed_mps(speed_mps, square_m2ps2, loss_mps, lag_mps))
+    braked = speed_mps - loss_mps
+    if rise_mps == np.inf or after <= braked:
+        return after
+    # Convex and rising from here down: Newton's steps fall towards the root.
+    for _ in range(NEWTON_STEPS):
+        missing = after - braked
+        excess = after * after + loss_mps * (speed_mps + after) + 2.0 * lag_mps * after
+        excess += missing * missing / rise_mps * after - square_m2ps2
+        slope = 2.0 * after + loss_mps + 2.0 * lag_mps
+        slope += missing * (missing + 2.0 * after) / rise_mps
+        # What does not grow with the speed counts only from a strong acceleration on.
+        over = 0.75 * missing - loss_mps
+        if over > 0.0:
+            excess += missing**3 * over / (3.0 * rise_mps**2)
+            slope += missing**2 * (over + 0.25 * missing) / rise_mps**2
+        step = excess / slope
+        after = max(after - step, braked)
+        if step < NEAR_MPS:
+            break
+    return max(after, 0.0)
 
 
 def two_stage_brake_mps2(acceleration_mps2: float, brake_mps2: float) -> float:

@@ -169,6 +169,30 @@ def fastest(way: Way) -> RunCurve:
     return curve_of(way, trace(way, Driving.fastest(way)))
 
 
+def driven_along(way: Way, band_mps: float) -> RunCurve:
+    """
+    Return a run along a way as its drivers run when nobody hinders them.
+
+    Parameters
+    ----------
+    way
+        The way, of a driven train on a driven line.
+    band_mps
+        By how much the train gets slower by coasting before it speeds up again. [m/s]
+
+    Returns
+    -------
+    RunCurve
+        The curve.
+
+    Raises
+    ------
+    StallError
+        If a gradient is too steep to climb.
+    """
+    return curve_of(way, trace(way, Driving.coasting(way, band_mps)))
+
+
 def curve_of(way: Way, seen: Trace) -> RunCurve:
     """
     Return the run curve of a trace.

@@ -1,5 +1,6 @@
 """What full traction makes of a train's speed in a step, for the drive and whoever foresees it."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import compiled, interpolated
 from kankaku.railway.plan.profile import Profile
+from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.world import World
 
 CELLS_PER_MPS = 100.0
@@ -22,6 +24,8 @@ class TractionTable(NamedTuple):
 
     gain_mps: FloatArray
     """Speed gained in a step on the level, by speed, one train type after the other. [m/s]"""
+    coast_mps: FloatArray
+    """The same without traction: less than nothing. [m/s]"""
     first_cell: FloatArray
     """For each train the cell of speed 0 in it, and half a cell. [-], shape (n_trains,)"""
     cells_per_mps: float
@@ -33,7 +37,9 @@ class TractionTable(NamedTuple):
     step_s: float
 
 
-def traction_table(world: World, profile: Profile, step_s: float) -> TractionTable:
+def traction_table(
+    world: World, profile: Profile, step_s: float, train_types: Sequence[TrainType] = ()
+) -> TractionTable:
     """
     Tabulate traction and drag.
 
@@ -45,6 +51,8 @@ def traction_table(world: World, profile: Profile, step_s: float) -> TractionTab
         The line.
     step_s
         Length of the step. [s]
+    train_types
+        What counts in place of the world's train types, if there is anything.
 
     Returns
     -------
@@ -55,13 +63,15 @@ def traction_table(world: World, profile: Profile, step_s: float) -> TractionTab
     fastest = max(kind.maximum_speed_mps for kind in world.train_types)
     cells = int(np.ceil(1.5 * fastest * cells_per_mps)) + 2
     start = np.arange(cells) / cells_per_mps
-    gains = []
-    for kind in world.train_types:
+    gains, coasts = [], []
+    for kind in train_types or world.train_types:
         # The midpoint rule: the acceleration half a step on is that of the whole step.
         half_way = start + 0.5 * step_s * kind.level_acceleration_mps2(start)
         gains.append(step_s * kind.level_acceleration_mps2(np.maximum(half_way, 0.0)))
+        coasts.append(-step_s * kind.resistance.force_n(start) / kind.inertial_mass_kg)
     return TractionTable(
         np.concatenate(gains),
+        np.concatenate(coasts),
         world.type_index.astype(np.float64) * cells + 0.5,
         cells_per_mps,
         step_s * profile.drags_mps2,
@@ -117,3 +127,28 @@ def pulled_mps(table: TractionTable, train: int, front_m: float, speed_mps: floa
     # As with the brake, the gradient of mid-step is that of the whole step.
     middle = front_m + table.row_start[train] + 0.5 * speed_mps * table.step_s
     return float(speed_mps + gain_mps - interpolated(table.drag_mps, middle))
+
+
+@compiled
+def coasted_mps(table: TractionTable, train: int, speed_mps: float, pulled: float) -> float:
+    """
+    Return the speed after a step without traction.
+
+    Parameters
+    ----------
+    table
+        From :func:`traction_table`.
+    train
+        Row of the train.
+    speed_mps
+        Speed at the start of the step. [m/s]
+    pulled
+        From :func:`pulled_mps` there. [m/s]
+
+    Returns
+    -------
+    float
+        Below 0 where the train would roll back. [m/s]
+    """
+    cell = int(speed_mps * table.cells_per_mps + table.first_cell[train])
+    return float(pulled - table.gain_mps[cell] + table.coast_mps[cell])

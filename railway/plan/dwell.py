@@ -1,7 +1,6 @@
 """Dwell delays: how much longer than the minimum a train stands at a platform."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,10 +32,8 @@ class DwellDelays:
     """Cumulative probabilities, rising from 0 to 1. [-]"""
     delays_s: tuple[float, ...] = (0.0, 0.0)
     """Measured delay at each level, not falling. [s]"""
-    station_scale: Mapping[str, float] = field(default_factory=dict)
-    """Factor on the measured delay by station; a station not named has 1. [-]"""
     scale: float = 1.0
-    """Factor on every resampled delay. [-]"""
+    """Factor on every resampled delay, beside that of the call. [-]"""
     cap_s: float = np.inf
     """Longest resampled delay. [s]"""
     trip_correlation: float = 0.0
@@ -88,7 +85,7 @@ class DwellDelays:
                 fresh = stream(seed, "dwell", service.train, call.station).standard_normal()
                 score = self.trip_correlation * score + innovation * fresh
                 measured = np.interp(ndtr(score), self.levels, self.delays_s)
-                factor = self.scale * self.station_scale.get(call.station, 1.0)
+                factor = self.scale * call.delay_scale
                 # Whole seconds, as measured; so no step that divides a second adds to a dwell.
                 drawn[row, column] = np.round(min(factor * measured, self.cap_s))
         for overstay in self.overstays:

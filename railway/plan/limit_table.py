@@ -20,6 +20,8 @@ class LimitTable(NamedTuple):
     """[m/s]"""
     lowest_v2_m2ps2: FloatArray
     """Twice the lowest energy, brake potential included, from each piece on. [m2/s2]"""
+    lowest_mps: FloatArray
+    """The limit of the piece that has it. [m/s]"""
     first: IntArray
     """The piece at each point of the grid. shape (n_types * n_grid,)"""
 

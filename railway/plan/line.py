@@ -31,6 +31,8 @@ class Station:
     latitude_deg: float
 
 
+CURVE_RESISTANCE_M = 0.6
+"""Curve resistance over weight, times the radius: 600 kgf/t m on 1067 mm gauge. [m]"""
 BACK = "~"
 """Ends the identifier of a two-way track as falling trains use it; no file can name it."""
 
@@ -141,6 +143,8 @@ class SpeedLimit:
     limit_mps: float
     track: str = ""
     """The physical track on which it holds; empty for all."""
+    train_type: str = ""
+    """The type of train for which it holds; empty for all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,6 +212,8 @@ class Line:
     """Lowest and highest chainage of a network. [m]"""
     first_come: bool = False
     """In a network turns go to who comes first, not by the timetable, where that is safe."""
+    driven_speeds: tuple[SpeedLimit, ...] = ()
+    """What drivers run at by place, where their style keeps to it."""
 
     @cached_property
     def tracks(self) -> tuple[Track, ...]:
@@ -378,7 +384,7 @@ class Line:
         return np.interp(chainage_m, knots_m, heights_m)
 
     def curve_resistance_mps2(
-        self, chainage_m: FloatArray, *, force_times_radius: float = 600.0
+        self, chainage_m: FloatArray, *, curve_resistance_m: float = CURVE_RESISTANCE_M
     ) -> FloatArray:
         """
         Return the deceleration that the curve at a chainage causes, per unit of train mass.
@@ -387,8 +393,8 @@ class Line:
         ----------
         chainage_m
             Where. [m], any shape
-        force_times_radius
-            Constant of the formula: 600 for 1067 mm gauge. [kgf/t m]
+        curve_resistance_m
+            Constant of the formula: resistance over weight, times the radius. [m]
 
         Returns
         -------
@@ -404,5 +410,5 @@ class Line:
         resistance = np.zeros(where_m.shape)
         for curve in self.curves:
             inside = (where_m >= curve.start_m) & (where_m < curve.end_m)
-            resistance[inside] = force_times_radius * 1e-3 * GRAVITY_MPS2 / curve.radius_m
+            resistance[inside] = curve_resistance_m * GRAVITY_MPS2 / curve.radius_m
         return resistance

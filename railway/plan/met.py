@@ -32,6 +32,7 @@ def line_met(line: Line, route: Sequence[str]) -> Line:
     falling = tracks[0].direction is Direction.FALLING
     places = {track.place for track in tracks}
     limits = _on(line, line.limits, places, falling=falling)
+    driven = _on(line, line.driven_speeds, places, falling=falling)
     curves = _on(line, line.curves, places, falling=falling)
     gradients = _on(line, line.gradients, places, falling=falling)
     if falling:
@@ -40,6 +41,7 @@ def line_met(line: Line, route: Sequence[str]) -> Line:
     return replace(
         line,
         limits=tuple(limits),
+        driven_speeds=tuple(driven),
         gradients=tuple(gradients),
         curves=tuple(curves),
         balises_m=tuple(sorted(balises_m)),
@@ -67,7 +69,7 @@ def lines_met(line: Line, routes: Iterable[tuple[str, ...]]) -> dict[tuple[str, 
     for route in routes:
         if route not in found:
             met = line_met(line, route)
-            alike = met.limits, met.gradients, met.curves, met.balises_m
+            alike = met.limits, met.driven_speeds, met.gradients, met.curves, met.balises_m
             found[route] = known.setdefault(alike, met)
     return found
 

@@ -4,7 +4,8 @@ The line as one type of train meets it, tabulated once so that a step only inter
 A train of length L feels the height of the track averaged over its length,
 ``h(x) = mean of height over [x - L, x]``. With that, braking under gravity is energy
 conservation, and the *brake potential* ``P(x) = b x + g h(x)`` turns every brake curve
-towards any target into ``v^2 / 2 = P(target) - P(x)``.
+towards any target into ``v^2 / 2 = P(target) - P(x)``. Of a *net* brake, which reaches its rate
+on any gradient, it is ``P(x) = b x``.
 """
 
 from collections.abc import Sequence
@@ -24,7 +25,9 @@ from kankaku.railway.plan.rolling_stock import TrainType
 
 NO_BUFFERS = Buffers()
 RUN_OUT_M = 2500.0
-"""Level track assumed beyond both ends, longer than any brake curve. [m]"""
+"""Level track assumed beyond both ends at least. [m]"""
+BEYOND_BRAKING_M = 500.0
+"""It is this much longer than the longest brake curve. [m]"""
 CLEAR_M = 1e-3
 """A limit is left so far past its end: an engine's places are rounded. [m]"""
 
@@ -42,6 +45,8 @@ class Limits(NamedTuple):
     """The lowest limit under any part of the train. [m/s]"""
     lowest_m2ps2: FloatArray
     """Lowest energy, brake potential included, of the pieces from this one on. [m2/s2]"""
+    lowest_mps: FloatArray
+    """The limit of the piece that has it. [m/s]"""
 
 
 @dataclass(frozen=True)
@@ -51,6 +56,8 @@ class Profile:
     origin_m: float
     potential_m2ps2: FloatArray
     """Brake potential of the service brake. [m2/s2]"""
+    lift_m2ps2: FloatArray
+    """Potential energy by inertial mass, from any height on. [m2/s2]"""
     ceiling_m2ps2: FloatArray
     """Half the square of the line ceiling at the grid, braking curves included. [m2/s2]"""
     limits: tuple[Limits, ...]
@@ -63,6 +70,8 @@ class Profile:
     """Service brake on the level. [m/s2], shape (n_types,)"""
     permitted_m2ps2: FloatArray | None = None
     """Half the square of what protection permits at the grid, if it is less. [m2/s2]"""
+    coasting_band_mps: float = 0.0
+    """From its ceiling a train coasts until it is slower by so much; 0 to hold it. [m/s]"""
 
     @property
     def end_m(self) -> float:
@@ -129,6 +138,7 @@ class Profile:
             np.concatenate(starts),
             np.concatenate([limits.limit_mps for limits in self.limits]),
             2.0 * np.concatenate([limits.lowest_m2ps2 for limits in self.limits]),
+            np.concatenate([limits.lowest_mps for limits in self.limits]),
             np.concatenate(firsts),
         )
 
@@ -221,9 +231,7 @@ class Profile:
 
     @cached_property
     def _lifts_m2ps2(self) -> FloatArray:
-        braked = self.brakes_mps2[:, np.newaxis] * (self.grid_m - self.origin_m)
-        lifts: FloatArray = (self.potential_m2ps2 - braked).ravel()
-        return lifts
+        return self.lift_m2ps2.ravel()
 
 
 @compiled
@@ -242,7 +250,11 @@ def _limits_of(
 ) -> Limits:
     """Cut the line where the limit of a train changes."""
     first_m, last_m = float(grid_m[0]), float(grid_m[-1])
-    held = [limit for limit in line.limits if limit.limit_mps < train.maximum_speed_mps]
+    held = [
+        limit
+        for limit in line.limits
+        if limit.train_type in {"", train.id} and limit.limit_mps < train.maximum_speed_mps
+    ]
     entered_m = np.array(
         [float(buffers.front_limit_m(np.array(one.start_m), one.limit_mps)) for one in held]
     ).clip(first_m, last_m)
@@ -259,7 +271,11 @@ def _limits_of(
     start_m, limit_mps = start_m[changes], limit_mps[changes]
     energy = 0.5 * np.square(limit_mps) + np.interp(start_m, grid_m, potential)
     energy[-1] = np.inf
-    return Limits(start_m, limit_mps, np.minimum.accumulate(energy[::-1])[::-1])
+    lowest = np.minimum.accumulate(energy[::-1])[::-1]
+    # The piece that has the lowest energy is the last one with it from which it falls no more.
+    places = np.where(energy == lowest, np.arange(energy.size), energy.size - 1)
+    has_it = np.minimum.accumulate(places[::-1])[::-1]
+    return Limits(start_m, limit_mps, lowest, limit_mps[has_it])
 
 
 def _ceiling_m2ps2(limits: Limits, front_m: FloatArray, potential: FloatArray) -> FloatArray:
@@ -280,6 +296,11 @@ def _mean_over_train(values: FloatArray, cells: float) -> FloatArray:
     before = integral[0] + (columns - cells) * values[0]
     mean: FloatArray = (integral - np.where(np.isnan(behind), before, behind)) / cells
     return mean
+
+
+def _run_out_m(train_types: Sequence[TrainType]) -> float:
+    braking_m = (0.5 * kind.maximum_speed_mps**2 / kind.service_brake_mps2 for kind in train_types)
+    return max(RUN_OUT_M, float(np.ceil(max(braking_m))) + BEYOND_BRAKING_M)
 
 
 def build_profile(
@@ -303,19 +324,24 @@ def build_profile(
         The tables.
     """
     lines = [line] * len(train_types) if isinstance(line, Line) else line
-    origin_m = np.floor(lines[0].start_m - RUN_OUT_M)
-    columns = int(np.ceil((lines[0].end_m + RUN_OUT_M - origin_m) / SPACING_M)) + 2
+    run_out_m = _run_out_m(train_types)
+    origin_m = np.floor(lines[0].start_m - run_out_m)
+    columns = int(np.ceil((lines[0].end_m + run_out_m - origin_m) / SPACING_M)) + 2
     grid_m = origin_m + SPACING_M * np.arange(columns)
-    potentials, ceilings, limits, drags, curve_drags = [], [], [], [], []
+    potentials, lifts, ceilings, limits, drags, curve_drags = [], [], [], [], [], []
     for train, met in zip(train_types, lines, strict=True):
-        height_m, curves_mps2 = met.height_m(grid_m), met.curve_resistance_mps2(grid_m)
+        height_m = met.height_m(grid_m)
+        curves_mps2 = met.curve_resistance_mps2(grid_m, curve_resistance_m=train.curve_resistance_m)
         cells = train.length_m / SPACING_M
         gravity = GRAVITY_MPS2 * train.gravity_ratio
         mean_height_m = _mean_over_train(height_m, cells)
-        potential = train.service_brake_mps2 * (grid_m - origin_m) + gravity * mean_height_m
+        lift = gravity * mean_height_m
+        braked = train.service_brake_mps2 * (grid_m - origin_m)
+        potential = braked if train.net_brake else braked + lift
         held = _limits_of(met, train, grid_m, potential, buffers)
         curve_drag = train.gravity_ratio * _mean_over_train(curves_mps2, cells)
         potentials.append(potential)
+        lifts.append(lift)
         ceilings.append(_ceiling_m2ps2(held, grid_m, potential))
         limits.append(held)
         curve_drags.append(curve_drag)
@@ -323,6 +349,7 @@ def build_profile(
     return Profile(
         float(origin_m),
         np.array(potentials),
+        np.array(lifts),
         np.array(ceilings),
         tuple(limits),
         np.array(drags),

@@ -1,10 +1,12 @@
 """Train types: traction, running resistance, braking, masses, lengths, and electrical losses."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 
 from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray
+from kankaku.railway.plan.line import CURVE_RESISTANCE_M
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +21,28 @@ class Traction:
     starting_force_n: float
     power_speed_mps: float
     characteristic_speed_mps: float
+
+    def scaled(self, share: float) -> "Traction":
+        """
+        Return the traction of a train of which a share is used.
+
+        Parameters
+        ----------
+        share
+            Of the force at any speed. [-]
+
+        Returns
+        -------
+        Traction
+            The same where all is used.
+        """
+        return replace(self, starting_force_n=share * self.starting_force_n)
+
+    @property
+    def bends_mps(self) -> tuple[float, ...]:
+        """Speeds at which the force bends. [m/s]"""
+        bends = self.power_speed_mps, self.characteristic_speed_mps
+        return tuple(speed for speed in bends if np.isfinite(speed))
 
     def force_n(self, speed_mps: FloatArray) -> FloatArray:
         """
@@ -38,6 +62,62 @@ class Traction:
         constant_power = np.minimum(1.0, self.power_speed_mps / speed)
         falling = np.minimum(1.0, self.characteristic_speed_mps / speed)
         return self.starting_force_n * constant_power * falling
+
+
+@dataclass(frozen=True, slots=True)
+class ForceTable:
+    """Wheel force against speed: linear between the speeds of a table, the last force held."""
+
+    speeds_mps: tuple[float, ...]
+    """Rising from 0. [m/s], length n"""
+    forces_n: tuple[float, ...]
+    """At these speeds. [N], length n"""
+
+    def scaled(self, share: float) -> "ForceTable":
+        """
+        Return the traction of a train of which a share is used.
+
+        Parameters
+        ----------
+        share
+            Of the force at any speed. [-]
+
+        Returns
+        -------
+        ForceTable
+            The same where all is used.
+        """
+        return ForceTable(self.speeds_mps, tuple(share * force_n for force_n in self.forces_n))
+
+    @property
+    def starting_force_n(self) -> float:
+        """Force at rest. [N]"""
+        return self.forces_n[0]
+
+    @property
+    def bends_mps(self) -> tuple[float, ...]:
+        """Speeds at which the force bends. [m/s]"""
+        return self.speeds_mps
+
+    def force_n(self, speed_mps: FloatArray) -> FloatArray:
+        """
+        Return the greatest tractive force.
+
+        Parameters
+        ----------
+        speed_mps
+            Speed. [m/s], any shape
+
+        Returns
+        -------
+        FloatArray
+            Force at the wheel rim. [N], same shape
+        """
+        return np.interp(speed_mps, self.speeds_mps, self.forces_n)
+
+
+AnyTraction: TypeAlias = Traction | ForceTable
+"""Wheel force against speed, however it is told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,12 +207,24 @@ class TrainType:
     mass_kg: float
     rotating_mass_ratio: float
     """Equivalent mass of the rotating parts over the mass. [-]"""
-    traction: Traction
+    traction: AnyTraction
     resistance: RunningResistance
     service_brake_mps2: float
     emergency_brake_mps2: float
     maximum_speed_mps: float
     supply: PowerSupply
+    jerk_mps3: float = float("inf")
+    """Greatest change of the acceleration with traction and service brake. [m/s3]"""
+    brake_build_up_s: float = 0.0
+    """From nothing to the whole brake, service or emergency; the force rises evenly. [s]"""
+    safety_factor: float = 1.0
+    """Braking distances count as so many times what they are where safety needs them. [-]"""
+    overspeed_mps: float = 0.0
+    """A train counts as so much faster where safety needs its braking distance. [m/s]"""
+    curve_resistance_m: float = CURVE_RESISTANCE_M
+    """Curve resistance over weight, times the radius. [m]"""
+    net_brake: bool = False
+    """Brake rates are reached on any gradient; else they hold on the level, and gravity adds."""
 
     @property
     def inertial_mass_kg(self) -> float:
@@ -143,6 +235,16 @@ class TrainType:
     def gravity_ratio(self) -> float:
         """Share of a gradient's pull that accelerates the train, rotating parts counted. [-]"""
         return 1.0 / (1.0 + self.rotating_mass_ratio)
+
+    @property
+    def brake_rise_s(self) -> float:
+        """From nothing to the whole service brake, the jerk limit kept. [s]"""
+        return max(self.brake_build_up_s, self.service_brake_mps2 / self.jerk_mps3)
+
+    @property
+    def brake_gravity_ratio(self) -> float:
+        """Share of a gradient's pull that adds to the rate of a brake. [-]"""
+        return 0.0 if self.net_brake else self.gravity_ratio
 
     @property
     def starting_acceleration_mps2(self) -> float:

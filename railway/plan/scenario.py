@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from kankaku.railway.plan.disruptions import UNDISTURBED, Disruptions
+from kankaku.railway.plan.driving_style import FASTEST, DrivingStyle
 from kankaku.railway.plan.dwell import DwellDelays, Overstay
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
@@ -37,6 +38,8 @@ class ControllerSpec:
     """Runs where no controllers are named."""
     radio: bool = False
     """The protection's commands go by radio."""
+    driving: DrivingStyle | None = None
+    """How its trains are driven, if not as the scenario says."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +82,7 @@ class Scenario:
     published: Published | None = None
     radio: RadioSpec = LOSSLESS
     disruptions: Disruptions = UNDISTURBED
+    driving: DrivingStyle = FASTEST
     warnings: tuple[str, ...] = ()
     """What is allowed but doubtful in its files, a sentence each."""
 

@@ -19,6 +19,8 @@ class Call:
     arrival_s: float
     departure_s: float
     minimum_dwell_s: float
+    delay_scale: float = 1.0
+    """Factor on the measured dwell delays. [-]"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """What every controller knows beforehand: line, fleet and timetable as arrays; no delays."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.brake_table import BrakeTable
 from kankaku.railway.plan.buffers import Buffers
+from kankaku.railway.plan.driving_style import FASTEST, DrivingStyle
 from kankaku.railway.plan.line import Direction, Line
 from kankaku.railway.plan.met import lines_met
 from kankaku.railway.plan.passing import Passage, Precursors, Predecessor, passages
@@ -52,6 +53,8 @@ class World:
     minimum_dwell_s: FloatArray
     leaves_at_stop: BoolArray
     """The train leaves the line when its last stop is over. shape (n_trains,)"""
+    driving: DrivingStyle = FASTEST
+    """How the trains are driven."""
 
     @property
     def size(self) -> int:
@@ -73,6 +76,79 @@ class World:
             A row for each of the train types.
         """
         return build_profile(self.lines, self.train_types, buffers)
+
+    def driven_as(self, driving: DrivingStyle | None) -> "World":
+        """
+        Return the same world with its trains driven in another style.
+
+        Parameters
+        ----------
+        driving
+            The style; None for the present one.
+
+        Returns
+        -------
+        World
+            The same where it is the present one.
+        """
+        if driving is None or driving == self.driving:
+            return self
+        return replace(self, driving=driving)
+
+    @cached_property
+    def driven_types(self) -> tuple[TrainType, ...]:
+        """The train types as their drivers use them."""
+        if not self.driving.lowers:
+            return self.train_types
+        return tuple(map(self.driving.train, self.train_types))
+
+    @cached_property
+    def driven_profile(self) -> Profile:
+        """The line as trains are driven on it when they are late, if that makes any difference."""
+        return self.driven() if self.driving.lowers else self.profile
+
+    def driven(self, buffers: Buffers = NO_BUFFERS) -> Profile:
+        """
+        Tabulate the line as late trains are driven on it.
+
+        Parameters
+        ----------
+        buffers
+            By how much trains count as longer than they are where limits start and end.
+
+        Returns
+        -------
+        Profile
+            A row for each of the train types.
+        """
+        if not self.driving.lowers:
+            return self.tabulated(buffers)
+        return self._driven(buffers, hurried=self.driving.hurries)
+
+    @cached_property
+    def unhurried_profile(self) -> Profile:
+        """The line as trains are driven on it when they are not late, nobody in their way."""
+        return (
+            self._driven(NO_BUFFERS, hurried=False) if self.driving.hurries else self.driven_profile
+        )
+
+    def _driven(self, buffers: Buffers, *, hurried: bool) -> Profile:
+        lines = [self.driving.line(line, hurried=hurried) for line in self.lines]
+        profile = build_profile(lines, self.driven_types, buffers)
+        band_mps = 0.0 if hurried else self.driving.coasting_band_mps
+        return replace(profile, coasting_band_mps=band_mps)
+
+    @cached_property
+    def departure_lag_s(self) -> FloatArray:
+        """
+        From when each train may depart until full traction would have set it off. (n_trains,)
+
+        The reaction, and half of the time in which the jerk limit lets the traction rise: a train
+        whose acceleration rises evenly in a time is behind by half of it.
+        """
+        rise_s = self.of_type("starting_acceleration_mps2") / self.of_type("jerk_mps3")
+        lag_s: FloatArray = self.driving.departure_reaction_s + 0.5 * rise_s
+        return lag_s
 
     def line_of(self, row: int) -> Line:
         """
@@ -230,7 +306,11 @@ def leaves_at_stop(line: Line, service: Service) -> bool:
 
 
 def build_world(
-    line: Line, train_types: Mapping[str, TrainType], timetable: Timetable, step_s: float
+    line: Line,
+    train_types: Mapping[str, TrainType],
+    timetable: Timetable,
+    step_s: float,
+    driving: DrivingStyle = FASTEST,
 ) -> World:
     """
     Compile a timetable on a line into arrays.
@@ -245,6 +325,8 @@ def build_world(
         Services in order, first train first.
     step_s
         Length of a simulation step. [s]
+    driving
+        How the trains are driven.
 
     Returns
     -------
@@ -286,6 +368,7 @@ def build_world(
         booked_departure_s=departure_s,
         minimum_dwell_s=dwell_s,
         leaves_at_stop=np.array([leaves_at_stop(line, service) for service in services]),
+        driving=driving,
     )
 
 

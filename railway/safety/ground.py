@@ -13,6 +13,7 @@ import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.plan.line import Direction, Gradient, Line, SpeedLimit
+from kankaku.railway.plan.timetable import Service
 from kankaku.railway.plan.world import World
 from kankaku.railway.safety.heights import Heights, heights_of, mean_height_m
 from kankaku.railway.safety.positions import lower_on
@@ -22,7 +23,7 @@ class Lie(NamedTuple):
     """Trains that lie on the same line in the same way."""
 
     line: Line
-    """With the gradients and limits of their tracks."""
+    """With the gradients of their tracks and the limits that they keep."""
     heights: Heights
     falling: bool
 
@@ -36,7 +37,7 @@ class Ground:
         self._lie_of = np.zeros(world.size, dtype=np.intp)
         known: dict[tuple[object, ...], int] = {}
         for row, service in enumerate(world.timetable.services):
-            key = _lies_on(world.line, service.route)
+            key = _lies_on(world.line, service)
             if key not in known:
                 falling, gradients, limits = key
                 line = replace(world.line, gradients=gradients, limits=limits)
@@ -129,15 +130,16 @@ class Ground:
 
 
 def _lies_on(
-    line: Line, route: tuple[str, ...]
+    line: Line, service: Service
 ) -> tuple[bool, tuple[Gradient, ...], tuple[SpeedLimit, ...]]:
-    """Return whether trains of a route fall, and the gradients and limits of their tracks."""
+    """Return whether a train falls, the gradients of its tracks, and the limits it has to keep."""
+    limits = tuple(one for one in line.limits if one.train_type in {"", service.train_type})
     if not line.network:
-        return False, line.gradients, line.limits
-    tracks = [line.track_by_id[track] for track in route]
+        return False, line.gradients, limits
+    tracks = [line.track_by_id[track] for track in service.route]
     names = {"", *(track.place for track in tracks)}
     gradients = sorted(
         (one for one in line.gradients if one.track in names), key=lambda one: one.start_m
     )
-    limits = (one for one in line.limits if one.track in names)
-    return tracks[0].direction is Direction.FALLING, tuple(gradients), tuple(limits)
+    limits = tuple(one for one in limits if one.track in names)
+    return tracks[0].direction is Direction.FALLING, tuple(gradients), limits

@@ -10,9 +10,10 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.line import Block
 from kankaku.railway.plan.world import World
+from kankaku.railway.safety.brakes import Brakes
 from kankaku.railway.safety.ground import Ground
 from kankaku.railway.step.promises import Promises
 from kankaku.railway.step.step_block import StepBlock
@@ -42,12 +43,12 @@ class Handling:
         blocks: tuple[Block, ...],
         overrun_m: Overrun,
         ground: Ground,
+        brakes: Brakes,
     ) -> None:
-        self._ground = ground
+        self._ground, self._brakes = ground, brakes
         self._world, self._promises, self._overrun_m = world, promises, overrun_m
         self._service_mps2 = world.of_type("service_brake_mps2")
         self._emergency_mps2 = world.of_type("emergency_brake_mps2")
-        self._gravity_mps2 = GRAVITY_MPS2 * world.of_type("gravity_ratio")
         self._boundaries_m = np.array(sorted({block.start_m for block in blocks}))
         starts_m: dict[str, set[float]] = {}
         for block in blocks:
@@ -77,8 +78,10 @@ class Handling:
         """
         rows, step_s = block.rows, self._world.step_s
         lost_mps2 = (block.speed_mps[:-1] - block.speed_mps[1:]) / step_s
-        least_mps2, most_mps2 = self._drag_mps2(block)
-        harder_mps2 = lost_mps2 - (self._service_mps2[rows] + most_mps2)
+        least, most = self._slopes(block)
+        faster_mps = np.maximum(block.speed_mps[:-1], block.speed_mps[1:])
+        service_mps2 = self._service_mps2[rows]
+        harder_mps2 = lost_mps2 - self._brakes.strongest_mps2(service_mps2, most, faster_mps, rows)
         harder_mps2[block.emergency[:-1] | block.halting] = -np.inf
         hard = harder_mps2 > HANDLING_MPS2
         if hard.any():
@@ -87,20 +90,20 @@ class Handling:
         if np.isfinite(self._promises.validity_s):
             oldest_s = block.time_s[:-1, np.newaxis] - self._promises.validity_s - ROUNDING_S
             stops = (block.speed_mps[1:] == 0.0) | block.halting
-            weaker_mps2 = self._emergency_mps2[rows] + least_mps2 - lost_mps2
+            least_mps2 = self._emergency_mps2[rows] + self._brakes.gravity_mps2(rows) * least
+            weaker_mps2 = least_mps2 - lost_mps2
             weaker_mps2[stops | (block.heard_s[:-1] >= oldest_s)] = -np.inf
             yield "validity", weaker_mps2, HANDLING_MPS2
         if self._promises.idle_time_s and self._boundaries_m.size:
             yield "idle", self._unbraked_m(block), UNBRAKED_M
 
-    def _drag_mps2(self, block: StepBlock) -> tuple[FloatArray, FloatArray]:
-        """Return the least and the greatest deceleration by gradients, within a metre."""
-        gravity = self._gravity_mps2[block.rows] / self._world.length_m[block.rows]
-        drags = [
-            gravity * self._ground.rises_m(place_m, block.rows)
+    def _slopes(self, block: StepBlock) -> tuple[FloatArray, FloatArray]:
+        """Return the least and the greatest gradient under each train, within a metre."""
+        slopes = [
+            self._ground.rises_m(place_m, block.rows) / self._world.length_m[block.rows]
             for place_m in (block.front_m[:-1] - NEAR_M, block.front_m[1:] + NEAR_M)
         ]
-        return np.minimum(*drags), np.maximum(*drags)
+        return np.minimum(*slopes), np.maximum(*slopes)
 
     def _in_need(self, block: StepBlock) -> BoolArray:
         """Return who could not keep its authority by the service brake alone."""

@@ -9,9 +9,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.disruptions import SUDDEN
 from kankaku.railway.plan.world import World
+from kankaku.railway.safety.brakes import Brakes
 from kankaku.railway.safety.ground import Ground
 from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.step_block import StepBlock
@@ -39,15 +40,15 @@ class Intrusions:
         obstructions: Callable[[], tuple[Obstruction, ...]],
         overrun_m: Overrun,
         ground: Ground,
+        brakes: Brakes,
         *,
         by_radio: bool,
     ) -> None:
         self._world = world
         self._obstructions = obstructions
-        self._overrun_m, self._ground = overrun_m, ground
+        self._overrun_m, self._ground, self._brakes = overrun_m, ground, brakes
         self._reaction_s = RADIO_REACTION_S if by_radio else 0.0
         self._service_mps2 = world.of_type("service_brake_mps2")
-        self._gravity_mps2 = GRAVITY_MPS2 * world.of_type("gravity_ratio")
         self._most_mps2 = world.greatest_acceleration_mps2
         self._top_mps = world.of_type("maximum_speed_mps")
         self._barred: dict[tuple[str, float], BoolArray] = {}
@@ -126,19 +127,20 @@ class Intrusions:
         reacting = block.time_s[:-1, np.newaxis] < record.established_s + self._reaction_s
         # A step without braking, or a standstill, and the excuse is gone for good.
         may: BoolArray = np.logical_and.accumulate(
-            reacting | self._brakes(block) | ~in_force, axis=0
+            reacting | self._slow_down(block) | ~in_force, axis=0
         )
         may &= excused[rows]
         excused[rows] &= may[-1]
         return allowed | may
 
-    def _brakes(self, block: StepBlock) -> BoolArray:
+    def _slow_down(self, block: StepBlock) -> BoolArray:
         """Return in which steps trains brake by their service brake, or stand at the end."""
         rows = block.rows
         before, after = block.speed_mps[:-1], block.speed_mps[1:]
         length_m = self._world.length_m[rows]
         rise_m = self._ground.rises_m(block.front_m[:-1], rows)
-        least_mps2 = self._service_mps2[rows] + self._gravity_mps2[rows] * rise_m / length_m
+        gravity_mps2 = self._brakes.gravity_mps2(rows)
+        least_mps2 = self._service_mps2[rows] + gravity_mps2 * rise_m / length_m
         least_mps2 -= BRAKE_TOLERANCE_MPS2
         brakes: BoolArray = before - after >= least_mps2 * self._world.step_s
         brakes |= after == 0.0

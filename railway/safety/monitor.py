@@ -12,6 +12,7 @@ import numpy as np
 from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.line import Turnout
 from kankaku.railway.plan.world import World
+from kankaku.railway.safety.brakes import Brakes
 from kankaku.railway.safety.ground import Ground
 from kankaku.railway.safety.handling import Handling
 from kankaku.railway.safety.intrusion import Intrusions
@@ -66,7 +67,7 @@ class Monitor:
         self._emergency_mps2 = world.of_type("emergency_brake_mps2")
         self._maximum_mps = world.of_type("maximum_speed_mps")
         self._gravity_mps2 = GRAVITY_MPS2 * world.of_type("gravity_ratio")
-        self._ground = Ground(world)
+        self._ground, self._brakes = Ground(world), Brakes(world)
         self._users = {
             track.id: [row for row, route in enumerate(routes) if track.id in route]
             for track in world.line.tracks
@@ -74,7 +75,7 @@ class Monitor:
         self._fouling = _tracks_at_points(world)
         self._movements = Movements(world)
         self._intrusions = Intrusions(
-            world, obstructions, self._overrun_m, self._ground, by_radio=by_radio
+            world, obstructions, self._overrun_m, self._ground, self._brakes, by_radio=by_radio
         )
         self._proofs = Proofs(world)
         self._buffers = NO_BUFFERS if promises is None else promises.buffers
@@ -84,7 +85,8 @@ class Monitor:
             self._permissions = Permissions(
                 world, separation, promises, obstructions, by_radio=by_radio
             )
-            self._handling = Handling(world, promises, kept, self._overrun_m, self._ground)
+            looked_at = kept, self._overrun_m, self._ground, self._brakes
+            self._handling = Handling(world, promises, *looked_at)
         self._open: dict[tuple[int, str], tuple[float, float, float]] = {}
         self._closed: list[Violation] = []
 
@@ -149,6 +151,8 @@ class Monitor:
         # and nobody who stands overruns anything.
         excused = block.surprised[:-1] | ((speed_mps == 0.0) & (block.speed_mps[:-1] == 0.0))
         overrun_m = self._overrun_m(ahead_m, speed_mps, eoa_m, rows)
+        rising_m = self._rising_m(block) if self._brakes.build_up else np.zeros(1)
+        overrun_m += rising_m
         if self._buffers.delay_s > 0.0:
             overrun_m -= self._ahead_of_slope_m(front_m, ahead_m, rows)
         yield "authority", np.where(excused, -np.inf, overrun_m), near_m
@@ -158,7 +162,8 @@ class Monitor:
         if self._separation is not Separation.BRAKING:
             beyond_m = eoa_m - np.maximum(next_rear_m, block.front_m[:-1])
             yield "band", beyond_m, POSITION_TOLERANCE_M
-        yield "spacing", self._overrun_m(front_m, speed_mps, next_rear_m, rows), near_m
+        beyond_m = self._overrun_m(front_m, speed_mps, next_rear_m, rows) + rising_m
+        yield "spacing", beyond_m, near_m
         if self._exclusive:
             yield "block", self._inside_occupied_m(block), 0.0
         yield "fouling", self._inside_fouling_m(block), 0.0
@@ -197,15 +202,23 @@ class Monitor:
     ) -> FloatArray:
         brake = self._service_mps2[rows]
         lift_m = self._ground.mean_height_m(eoa_m, rows) - self._ground.mean_height_m(front_m, rows)
-        available = brake * (eoa_m - front_m) + self._gravity_mps2[rows] * lift_m
+        available = brake * (eoa_m - front_m) + self._brakes.gravity_mps2(rows) * lift_m
         overrun: FloatArray = (0.5 * np.square(speed_mps) - available) / brake
         return overrun
+
+    def _rising_m(self, block: StepBlock) -> FloatArray:
+        """Return how much further trains run because their service brakes build up."""
+        speed_mps = block.speed_mps[1:]
+        slope = self._ground.rises_m(block.front_m[1:], block.rows)
+        slope /= self._world.length_m[block.rows]
+        gained_mps2 = (speed_mps - block.speed_mps[:-1]) / self._world.step_s
+        return self._brakes.rising_m(slope, speed_mps, gained_mps2, block.rows)
 
     def _ahead_of_slope_m(
         self, front_m: FloatArray, ahead_m: FloatArray, rows: IntArray
     ) -> FloatArray:
         """Return what brakes gain or lose because the gradient counts where a front is now."""
-        length_m, gravity = self._world.length_m[rows], self._gravity_mps2[rows]
+        length_m, gravity = self._world.length_m[rows], self._brakes.gravity_mps2(rows)
         slope = self._ground.rises_m(front_m, rows) / length_m
         rise_m = self._ground.mean_height_m(ahead_m, rows)
         rise_m -= self._ground.mean_height_m(front_m, rows)
@@ -219,7 +232,8 @@ class Monitor:
         if self._separation is not Separation.BRAKING:
             return tail_m
         energy = 0.5 * np.square(block.speed_mps)
-        gravity, emergency = self._gravity_mps2[block.rows], self._emergency_mps2[block.rows]
+        gravity = self._brakes.gravity_mps2(block.rows)
+        emergency = self._emergency_mps2[block.rows]
         here_m = self._ground.mean_height_m(front_m, block.rows)
         braking_m = energy / emergency
         # Gradients are a tenth of the brake at most, so each round leaves a tenth of the error.
@@ -270,28 +284,30 @@ class Monitor:
         before, after = block.speed_mps[:-1], block.speed_mps[1:]
         halted = np.where(block.halting, np.minimum(before, HALTING_MPS), 0.0)
         acceleration = (after + halted - before) / self._world.step_s
-        gravity = self._gravity_over_step_mps2(block)
-        slower = np.minimum(before, after)
+        slope = self._slope_over_step(block)
+        slower, faster = np.minimum(before, after), np.maximum(before, after)
         strongest = np.empty_like(before)
         for index, kind in enumerate(self._world.train_types):
             columns = np.flatnonzero(self._world.type_index[rows] == index)
             strongest[:, columns] = kind.level_acceleration_mps2(slower[:, columns])
-        too_strong = acceleration - (strongest - gravity.min(axis=0))
-        too_hard = -(self._emergency_mps2[rows] + gravity.max(axis=0)) - acceleration
+        too_strong = acceleration - (strongest - self._gravity_mps2[rows] * slope.min(axis=0))
+        emergency_mps2, steepest = self._emergency_mps2[rows], slope.max(axis=0)
+        hardest = self._brakes.strongest_mps2(emergency_mps2, steepest, faster, rows)
+        too_hard = -hardest - acceleration
         # The brake holds whoever stands, on any gradient.
         too_strong[after == 0.0] = -np.inf
         too_hard[(before == 0.0) & (after == 0.0)] = -np.inf
         excess: FloatArray = np.maximum(too_strong, too_hard)
         return excess
 
-    def _gravity_over_step_mps2(self, block: StepBlock) -> FloatArray:
-        """Return the pull of the gradient at the start, middle and end of each step."""
+    def _slope_over_step(self, block: StepBlock) -> FloatArray:
+        """Return the gradient under trains at the start, middle and end of each step."""
         length_m = self._world.length_m[block.rows]
         start_m, end_m = block.front_m[:-1], block.front_m[1:]
         front_m = np.array([start_m, 0.5 * (start_m + end_m), end_m])
         rise = self._ground.rises_m(front_m, block.rows)
-        gravity: FloatArray = self._gravity_mps2[block.rows] * rise / length_m
-        return gravity
+        slope: FloatArray = rise / length_m
+        return slope
 
     def _extend(self, row: int, kind: str, time_s: float, excess: float) -> None:
         seen = self._open.get((row, kind))

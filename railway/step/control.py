@@ -76,7 +76,7 @@ class Foresight(Protocol):
 
     @property
     def profile(self) -> Profile:
-        """The line with the ceilings that the protection enforces."""
+        """The line as trains are driven on it, within the ceilings that the protection enforces."""
         ...
 
     @property
@@ -92,6 +92,11 @@ class Foresight(Protocol):
     @property
     def idle_time_s(self) -> float:
         """Who is permitted less than it runs for no longer need not brake. [s]"""
+        ...
+
+    @property
+    def sighting_time_s(self) -> float:
+        """So long before a lineside signal its driver acts on it; 0 with cab signals. [s]"""
         ...
 
     def eoa_behind_m(

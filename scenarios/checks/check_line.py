@@ -21,6 +21,7 @@ from kankaku.scenarios.reading.files import Table
 from kankaku.scenarios.reading.mistakes import Mistake, meant
 from kankaku.scenarios.reading.row_formats import (
     CurveRow,
+    DrivenSpeedRow,
     GradientRow,
     LimitRow,
     PlatformRow,
@@ -50,8 +51,8 @@ def line_mistakes(line: LineTables) -> list[Mistake]:
     mistakes = _track_mistakes(line) + station_mistakes(line) + platform_mistakes(line)
     mistakes += _turnout_mistakes(line) + block_mistakes(line) + circuit_mistakes(line)
     mistakes += point_mistakes(line)
-    for stretches in (line.limits, line.gradients, line.curves):
-        mistakes += _stretch_mistakes(stretches, line.extent_km)
+    for stretches in (line.limits, line.driven_speeds, line.gradients, line.curves):
+        mistakes += _stretch_mistakes(line, stretches)
     return mistakes
 
 
@@ -222,13 +223,18 @@ def _fouling_mistakes(
 
 
 def _stretch_mistakes(
-    table: Table[LimitRow] | Table[GradientRow] | Table[CurveRow],
-    extent_km: tuple[float, float] | None,
+    line: LineTables,
+    table: Table[LimitRow] | Table[DrivenSpeedRow] | Table[GradientRow] | Table[CurveRow],
 ) -> list[Mistake]:
     stretches: Table[StretchRow] = table
-    mistakes = length_mistakes(stretches) + tiling_mistakes(
-        stretches, stretches, "the stretch", gaps=False
-    )
+    extent_km, mistakes = line.extent_km, length_mistakes(stretches)
+    by_type: dict[str, list[StretchRow]] = {}
+    for stretch in table:
+        # Of limits the lowest counts, and some may be those of one train type.
+        train_type = stretch.train_type if isinstance(stretch, LimitRow) else ""
+        by_type.setdefault(train_type, []).append(stretch)
+    for rows in by_type.values():
+        mistakes += tiling_mistakes(stretches, rows, "the stretch", gaps=False)
     if extent_km:
         for row in stretches:
             for column in ("start_km", "end_km"):

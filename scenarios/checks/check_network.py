@@ -18,6 +18,7 @@ from kankaku.scenarios.reading.files import Table
 from kankaku.scenarios.reading.mistakes import Mistake, meant
 from kankaku.scenarios.reading.row_formats import (
     CurveRow,
+    DrivenSpeedRow,
     GradientRow,
     LimitRow,
     LinkRow,
@@ -43,7 +44,7 @@ def network_mistakes(line: LineTables) -> list[Mistake]:
     mistakes = _node_mistakes(line) + _link_mistakes(line)
     mistakes += station_mistakes(line) + platform_mistakes(line)
     mistakes += block_mistakes(line) + circuit_mistakes(line) + point_mistakes(line)
-    for stretches in (line.limits, line.gradients, line.curves):
+    for stretches in (line.limits, line.driven_speeds, line.gradients, line.curves):
         mistakes += _stretch_mistakes(line, stretches)
     return mistakes + _foreign_mistakes(line)
 
@@ -110,21 +111,23 @@ def _side_mistakes(line: LineTables, nodes: dict[str, NodeRow]) -> list[Mistake]
 
 
 def _stretch_mistakes(
-    line: LineTables, table: Table[LimitRow] | Table[GradientRow] | Table[CurveRow]
+    line: LineTables,
+    table: Table[LimitRow] | Table[DrivenSpeedRow] | Table[GradientRow] | Table[CurveRow],
 ) -> list[Mistake]:
     stretches: Table[StretchRow] = table
     mistakes = length_mistakes(stretches)
     tracks = {link.resource or link.id for link in line.links}
-    by_track: dict[str, list[StretchRow]] = {}
+    by_track: dict[tuple[str, str], list[StretchRow]] = {}
     for stretch in table:
         track = stretch.track
         if track and track not in tracks and line.links.complete:
             problem = f"unknown track {track!r}"
             mistakes.append(table.mistake(stretch, "track", problem, meant(track, tracks)))
-        by_track.setdefault(track, []).append(stretch)
-    everywhere = by_track.pop("", [])
+        train_type = stretch.train_type if isinstance(stretch, LimitRow) else ""
+        by_track.setdefault((track, train_type), []).append(stretch)
+    everywhere = by_track.pop(("", ""), [])
     # Of limits the lowest counts; anything else is told once for every place.
-    shared = [] if table is line.limits else everywhere
+    shared = [] if table in (line.limits, line.driven_speeds) else everywhere
     for group in (everywhere, *by_track.values()):
         rows = group if group is everywhere else group + shared
         mistakes += tiling_mistakes(stretches, rows, "the stretch", gaps=False)

@@ -14,7 +14,7 @@ from kankaku.scenarios.checks.check_timetable import (
     TimetableTables,
     calls_by_train,
     dwell_mistakes,
-    dwell_station_mistakes,
+    dwell_row_mistakes,
     reference_mistakes,
     service_mistakes,
     time_mistakes,
@@ -46,7 +46,7 @@ def network_timetable_mistakes(
     list[Mistake]
         The mistakes.
     """
-    mistakes = service_mistakes(timetable, stock) + dwell_station_mistakes(timetable, line)
+    mistakes = service_mistakes(timetable, stock) + dwell_row_mistakes(timetable, line, stock)
     mistakes += reference_mistakes(timetable, line)
     train_types = {service.train: service.train_type for service in timetable.services}
     for train, calls in calls_by_train(timetable).items():

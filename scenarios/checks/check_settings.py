@@ -1,9 +1,10 @@
-"""Cross-checks of train types, controllers, dwell delays and sweeps."""
+"""Cross-checks of controllers, dwell delays and sweeps."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
 from kankaku.railway.places import name_problem
+from kankaku.railway.plan.driving_style import FASTEST
 from kankaku.railway.plan.radio_spec import keeps_pace
 from kankaku.railway.plan.scenario import MAIN_FILE
 from kankaku.scenarios.checks.check_timetable import TimetableTables, calls_by_train
@@ -14,7 +15,6 @@ from kankaku.scenarios.reading.schema import (
     ControllerEntry,
     RadioEntry,
     RandomDisruptions,
-    RollingStockFile,
     ScenarioFile,
     SweepEntry,
 )
@@ -22,41 +22,6 @@ from kankaku.scenarios.reading.schema import (
 PAIR_OR_PEER = "both protection and operation, or peer alone"
 MOST_DELAYS = 1000
 """Runs of one controller in a sweep. [-]"""
-
-
-def rolling_stock_mistakes(stock: RollingStockFile, file: str) -> list[Mistake]:
-    """
-    Return contradictions within the train types.
-
-    Parameters
-    ----------
-    stock
-        The train types.
-    file
-        Name of their file.
-
-    Returns
-    -------
-    list[Mistake]
-        The mistakes.
-    """
-    mistakes = []
-    for name, train in stock.train.items():
-        if train.motor_mass_t > train.mass_t:
-            problem = f"{train.motor_mass_t:g} is more than the mass of the train"
-            place = f"train.{name}.motor_mass_t"
-            mistakes.append(Mistake(file, place, problem, f"up to {train.mass_t:g}"))
-        if train.emergency_brake_kmhps < train.service_brake_kmhps:
-            problem = f"{train.emergency_brake_kmhps:g} is weaker than the service brake"
-            place = f"train.{name}.emergency_brake_kmhps"
-            mistakes.append(Mistake(file, place, problem, f"from {train.service_brake_kmhps:g}"))
-        if train.traction.characteristic_speed_kmh < train.traction.power_speed_kmh:
-            problem = f"{train.traction.characteristic_speed_kmh:g} lies below power_speed_kmh"
-            place = f"train.{name}.traction.characteristic_speed_kmh"
-            mistakes.append(
-                Mistake(file, place, problem, f"from {train.traction.power_speed_kmh:g}")
-            )
-    return mistakes
 
 
 def step_mistakes(settings: ScenarioFile, file: str) -> list[Mistake]:
@@ -129,6 +94,38 @@ def _layer_problems(controller: ControllerEntry) -> Iterator[tuple[str, str]]:
             yield from ((name, "stands beside peer") for name in named if getattr(controller, name))
     if controller.peer is not None and controller.radio:
         yield "radio", "stands beside peer"
+
+
+def driving_mistakes(settings: ScenarioFile, file: str) -> list[Mistake]:
+    """
+    Return driving styles that are named and not there, or there under a name that is taken.
+
+    Parameters
+    ----------
+    settings
+        The main file.
+    file
+        Its name.
+
+    Returns
+    -------
+    list[Mistake]
+        The mistakes.
+    """
+    mistakes = []
+    known = (FASTEST.name, *settings.driving_styles)
+    if FASTEST.name in settings.driving_styles:
+        place, problem = f"driving_styles.{FASTEST.name}", "the name of the style without a table"
+        mistakes.append(Mistake(file, place, problem, "another name"))
+    named = {"driving": settings.driving} | {
+        f"controllers.{name}.driving": entry.driving
+        for name, entry in settings.controllers.items()
+        if entry.driving is not None
+    }
+    for place, style in named.items():
+        if style not in known:
+            mistakes.append(Mistake(file, place, f"unknown style {style!r}", meant(style, known)))
+    return mistakes
 
 
 def radio_mistakes(settings: ScenarioFile, file: str) -> list[Mistake]:

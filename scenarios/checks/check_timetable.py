@@ -5,8 +5,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
+from kankaku.scenarios.checks.check_dwells import dwell_station_mistakes, unheld_mistakes
 from kankaku.scenarios.checks.line_tables import LineTables, same
 from kankaku.scenarios.checks.ways import ends_on_the_way, route_of
+from kankaku.scenarios.reading.dwell_rows import DwellRows
 from kankaku.scenarios.reading.files import Table
 from kankaku.scenarios.reading.mistakes import Mistake, meant
 from kankaku.scenarios.reading.row_formats import CallRow, DwellStationRow, PlatformRow, ServiceRow
@@ -30,6 +32,16 @@ class TimetableTables:
             if call.train in calls:
                 calls[call.train].append(call)
         return calls
+
+    @cached_property
+    def type_of_train(self) -> dict[str, str]:
+        """Train type by train."""
+        return {service.train: service.train_type for service in self.services}
+
+    @cached_property
+    def dwells(self) -> DwellRows:
+        """The rows of ``dwell_stations.csv`` by what they hold for."""
+        return DwellRows(self.dwell_stations)
 
 
 seconds = whole_seconds
@@ -72,11 +84,10 @@ def timetable_mistakes(
     list[Mistake]
         The mistakes.
     """
-    mistakes = service_mistakes(timetable, stock) + dwell_station_mistakes(timetable, line)
+    mistakes = service_mistakes(timetable, stock) + dwell_row_mistakes(timetable, line, stock)
     mistakes += reference_mistakes(timetable, line)
-    train_types = {service.train: service.train_type for service in timetable.services}
     for train, calls in calls_by_train(timetable).items():
-        kind = stock.train.get(train_types[train]) if stock else None
+        kind = stock.train.get(timetable.type_of_train[train]) if stock else None
         mistakes += _sequence_mistakes(timetable, line, calls)
         mistakes += _stop_mistakes(timetable, line, calls, kind)
         mistakes += _route_mistakes(timetable, line, calls)
@@ -106,25 +117,12 @@ def service_mistakes(timetable: TimetableTables, stock: RollingStockFile | None)
     return mistakes
 
 
-def dwell_station_mistakes(timetable: TimetableTables, line: LineTables) -> list[Mistake]:
-    """Return what is wrong with the dwell times of stations."""
-    table = timetable.dwell_stations
-    mistakes = []
-    stations = [station.id for station in line.stations]
-    first: dict[str, int] = {}
-    for row in table:
-        if row.station not in stations and line.stations.complete:
-            problem = f"unknown station {row.station!r}"
-            mistakes.append(table.mistake(row, "station", problem, meant(row.station, stations)))
-        if row.station in first:
-            problem = f"{row.station!r} stands in row {first[row.station]} already"
-            mistakes.append(table.mistake(row, "station", problem, "every station once"))
-        first.setdefault(row.station, row.row)
-        if row.booked_dwell_s < row.minimum_dwell_s:
-            problem = f"{row.booked_dwell_s:g} is shorter than the minimum dwell"
-            allowed = f"from {row.minimum_dwell_s:g}"
-            mistakes.append(table.mistake(row, "booked_dwell_s", problem, allowed))
-    return mistakes
+def dwell_row_mistakes(
+    timetable: TimetableTables, line: LineTables, stock: RollingStockFile | None
+) -> list[Mistake]:
+    """Return what is wrong with the dwell times of stations themselves."""
+    train_types = list(stock.train) if stock else None
+    return dwell_station_mistakes(timetable.dwell_stations, line, train_types)
 
 
 def reference_mistakes(timetable: TimetableTables, line: LineTables) -> list[Mistake]:
@@ -136,8 +134,7 @@ def reference_mistakes(timetable: TimetableTables, line: LineTables) -> list[Mis
         ("station", line.stations.complete, {row.id: row for row in line.stations}),
         ("track", line.tracks.complete, {row.id: row for row in line.tracks}),
     )
-    timed = {row.station for row in timetable.dwell_stations}
-    untimed: set[str] = set()
+    referred = []
     for row in table:
         good = True
         for column, complete, names in known:
@@ -153,14 +150,10 @@ def reference_mistakes(timetable: TimetableTables, line: LineTables) -> list[Mis
             problem = f"station {row.station!r} has no platform at track {row.track!r}"
             here = [track for station, track in line.platform_at if station == row.station]
             mistakes.append(table.mistake(row, "track", problem, meant(row.track, sorted(here))))
-        if good and row.station not in timed | untimed and timetable.dwell_stations.complete:
-            untimed.add(row.station)
-            problem = f"{row.station!r}, where trains call, is missing"
-            file = timetable.dwell_stations.file
-            mistakes.append(
-                Mistake(file, "column station", problem, "a row for every station called at")
-            )
-    return mistakes
+        if good:
+            asked = (row.station, timetable.type_of_train[row.train], row.departure)
+            referred.append((asked, float(seconds(row.departure))))
+    return mistakes + unheld_mistakes(timetable.dwell_stations, timetable.dwells, referred)
 
 
 def _sequence_mistakes(
@@ -216,11 +209,13 @@ def _stop_mistakes(
 
 def dwell_mistakes(timetable: TimetableTables, calls: Sequence[CallRow]) -> list[Mistake]:
     """Return booked dwells that are shorter than the station's least."""
-    minimum_s = {row.station: row.minimum_dwell_s for row in timetable.dwell_stations}
     mistakes = []
     for call in calls:
-        dwell_s = seconds(call.departure) - seconds(call.arrival)
-        least_s = minimum_s.get(call.station, 0.0)
+        departure_s = seconds(call.departure)
+        dwell_s = departure_s - seconds(call.arrival)
+        train_type = timetable.type_of_train[call.train]
+        row = timetable.dwells.find(call.station, train_type, departure_s)
+        least_s = row.minimum_dwell_s if row else 0.0
         if dwell_s < least_s:
             problem = f"a dwell of {dwell_s} s at {call.station!r} is too short"
             hint = next_day(call.arrival, call.departure)

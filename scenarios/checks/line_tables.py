@@ -13,6 +13,7 @@ from kankaku.scenarios.reading.row_formats import (
     CircuitRow,
     CrossingRow,
     CurveRow,
+    DrivenSpeedRow,
     GeometryRow,
     GradientRow,
     LimitRow,
@@ -43,6 +44,7 @@ class LineTables:
     turnouts: Table[TurnoutRow]
     crossings: Table[CrossingRow]
     limits: Table[LimitRow]
+    driven_speeds: Table[DrivenSpeedRow]
     gradients: Table[GradientRow]
     curves: Table[CurveRow]
     balises: Table[BaliseRow]

@@ -23,18 +23,21 @@ from kankaku.scenarios.checks.check_running import running_mistakes, running_war
 from kankaku.scenarios.checks.check_settings import (
     controller_mistakes,
     delay_mistakes,
+    driving_mistakes,
     kind_mistakes,
     radio_mistakes,
     step_mistakes,
     sweep_mistakes,
     swept_delays_s,
 )
+from kankaku.scenarios.checks.check_stock import limit_mistakes
 from kankaku.scenarios.checks.check_timetable import (
     TimetableTables,
     timetable_mistakes,
 )
 from kankaku.scenarios.checks.check_wayside import crossing_mistakes, disruption_mistakes
 from kankaku.scenarios.checks.line_tables import LineTables
+from kankaku.scenarios.loading.load_driving import driving_style
 from kankaku.scenarios.loading.load_line import read_line, to_line
 from kankaku.scenarios.loading.load_stock import STOCK_FILE, read_stock, to_train_types
 from kankaku.scenarios.loading.load_timetable import to_timetable
@@ -88,7 +91,7 @@ def load(folder: Path) -> Scenario:
     _refuse_stuck(of_line, services, train_types, timetable)
     running = assess(of_line, train_types, services)
     if running.shortfalls:
-        raise ScenarioError(tuple(running_mistakes(running, STOCK_FILE)))
+        raise ScenarioError(tuple(running_mistakes(running, STOCK_FILE, train_types)))
     first_come = main.interlocking.order == "first_come"
     release_delay_s = main.train_detection.release_delay_s
     return Scenario(
@@ -97,7 +100,7 @@ def load(folder: Path) -> Scenario:
         line=replace(of_line, release_delay_s=release_delay_s, first_come=first_come),
         train_types=train_types,
         timetable=services,
-        dwell_delays=_to_delays(main, quantiles, timetable),
+        dwell_delays=_to_delays(main, quantiles),
         controllers=_to_controllers(main),
         seed=main.seed,
         step_s=main.step_s,
@@ -107,6 +110,7 @@ def load(folder: Path) -> Scenario:
         published=_to_published(main.published),
         radio=_to_radio(main.radio),
         disruptions=to_disruptions(main, of_line),
+        driving=driving_style(main, main.driving),
         warnings=(
             *unread((folder, *folders.values()), has_delays=main.dwell_delays is not None),
             *running_warnings(running, timetable.calls.file),
@@ -118,9 +122,11 @@ def _mistakes(
     line: LineTables, timetable: TimetableTables, stock: schema.RollingStockFile | None
 ) -> list[Mistake]:
     """Return what is wrong between the files of line, timetable and fleet."""
+    mistakes = limit_mistakes(line, stock) if stock else []
     if line.nodes.present:
-        return network_mistakes(line) + network_timetable_mistakes(timetable, line, stock)
-    mistakes = line_mistakes(line) + crossing_mistakes(line)
+        mistakes += network_mistakes(line)
+        return mistakes + network_timetable_mistakes(timetable, line, stock)
+    mistakes += line_mistakes(line) + crossing_mistakes(line)
     return mistakes + timetable_mistakes(timetable, line, stock)
 
 
@@ -145,7 +151,13 @@ def _read_main(reader: Reader, folder: Path) -> tuple[schema.ScenarioFile | None
         main, mistakes = schema.check(schema.ScenarioFile, data, MAIN_FILE)
         reader.mistakes += mistakes
     if main:
-        for mistakes_of in (step_mistakes, controller_mistakes, radio_mistakes, sweep_mistakes):
+        for mistakes_of in (
+            step_mistakes,
+            controller_mistakes,
+            driving_mistakes,
+            radio_mistakes,
+            sweep_mistakes,
+        ):
             reader.mistakes += mistakes_of(main, MAIN_FILE)
     return main, {
         key: _folder(reader, folder, data.get(key, "."), key)
@@ -185,7 +197,6 @@ def _read_quantiles(
 def _to_delays(
     main: schema.ScenarioFile,
     quantiles: Table[row_formats.QuantileRow] | None,
-    timetable: TimetableTables,
 ) -> DwellDelays:
     overstays = tuple(Overstay(item.train, item.station, item.delay_s) for item in main.overstays)
     if quantiles is None or main.dwell_delays is None:
@@ -193,7 +204,6 @@ def _to_delays(
     return DwellDelays(
         levels=tuple(row.level for row in quantiles),
         delays_s=tuple(row.delay_s for row in quantiles),
-        station_scale={row.station: row.delay_scale for row in timetable.dwell_stations},
         scale=main.dwell_delays.scale,
         cap_s=main.dwell_delays.cap_s,
         trip_correlation=main.dwell_delays.trip_correlation,
@@ -212,6 +222,7 @@ def _to_controllers(main: schema.ScenarioFile) -> tuple[ControllerSpec, ...]:
             item.peer,
             item.by_default,
             item.radio,
+            None if item.driving is None else driving_style(main, item.driving),
         )
         for name, item in main.controllers.items()
     )

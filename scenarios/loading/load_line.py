@@ -60,6 +60,9 @@ def read_line(reader: Reader, folder: Path) -> LineTables:
             folder / "crossings.csv", "line", row_formats.CrossingRow, optional=True
         ),
         limits=reader.csv(folder / "limits.csv", "line", row_formats.LimitRow, optional=True),
+        driven_speeds=reader.csv(
+            folder / "driven_speeds.csv", "line", row_formats.DrivenSpeedRow, optional=True
+        ),
         gradients=reader.csv(
             folder / "gradients.csv", "line", row_formats.GradientRow, optional=True
         ),
@@ -104,8 +107,18 @@ def to_line(tables: LineTables, name: str) -> Line:
         platforms=to_platforms(tables),
         turnouts=to_points(tables) if network else to_turnouts(tables),
         limits=tuple(
-            SpeedLimit(metres(row.start_km), metres(row.end_km), row.limit_kmh / 3.6, row.track)
+            SpeedLimit(
+                metres(row.start_km),
+                metres(row.end_km),
+                row.limit_kmh / 3.6,
+                row.track,
+                row.train_type,
+            )
             for row in sorted(tables.limits, key=lambda row: row.start_km)
+        ),
+        driven_speeds=tuple(
+            SpeedLimit(metres(row.start_km), metres(row.end_km), row.speed_kmh / 3.6, row.track)
+            for row in sorted(tables.driven_speeds, key=lambda row: row.start_km)
         ),
         gradients=tuple(
             Gradient(

@@ -58,7 +58,6 @@ def to_timetable(
 
 
 def _on_chain(timetable: TimetableTables, line: LineTables) -> list[Service]:
-    minimum_s = {row.station: row.minimum_dwell_s for row in timetable.dwell_stations}
     stop_m = {place: metres(platform.stop_km) for place, platform in line.platform_at.items()}
     calls = calls_by_train(timetable)
     sections = line.sections
@@ -71,14 +70,7 @@ def _on_chain(timetable: TimetableTables, line: LineTables) -> list[Service]:
                 sections[number][index].id for number, index in route_of(line, calls[service.train])
             ),
             calls=tuple(
-                Call(
-                    station=call.station,
-                    track=call.track,
-                    stop_m=stop_m[call.station, call.track],
-                    arrival_s=float(seconds(call.arrival)),
-                    departure_s=float(seconds(call.departure)),
-                    minimum_dwell_s=minimum_s[call.station],
-                )
+                _to_call(timetable, call, call.track, stop_m[call.station, call.track])
                 for call in calls[service.train]
             ),
             leaves_at_last_call=ends_on_the_way(line, calls[service.train]),
@@ -95,21 +87,12 @@ def _in_network(
     tables: LineTables,
 ) -> Service:
     """Return a service, which ends at its last call."""
-    minimum_s = {one.station: one.minimum_dwell_s for one in timetable.dwell_stations}
     way = route_in(line, tables, row, calls)
     found = []
     for call in calls:
         track = directed(line, call.track, way.direction)
-        found.append(
-            Call(
-                station=call.station,
-                track=track,
-                stop_m=line.platform_at[call.station, track].stop_m,
-                arrival_s=float(seconds(call.arrival)),
-                departure_s=float(seconds(call.departure)),
-                minimum_dwell_s=minimum_s[call.station],
-            )
-        )
+        stop_m = line.platform_at[call.station, track].stop_m
+        found.append(_to_call(timetable, call, track, stop_m))
     return Service(
         train=row.train,
         origin=calls[0].station,
@@ -118,6 +101,21 @@ def _in_network(
         calls=tuple(found),
         leaves_at_last_call=True,
         next_train=row.next_train,
+    )
+
+
+def _to_call(timetable: TimetableTables, call: CallRow, track: str, stop_m: float) -> Call:
+    """Return a call, with the dwell that holds for its train at its booked departure."""
+    departure_s = float(seconds(call.departure))
+    dwell = timetable.dwells.held(call.station, timetable.type_of_train[call.train], departure_s)
+    return Call(
+        station=call.station,
+        track=track,
+        stop_m=stop_m,
+        arrival_s=float(seconds(call.arrival)),
+        departure_s=departure_s,
+        minimum_dwell_s=dwell.minimum_dwell_s,
+        delay_scale=dwell.delay_scale,
     )
 
 

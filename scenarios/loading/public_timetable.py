@@ -13,10 +13,12 @@ from pathlib import Path
 
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.rolling_stock import TrainType
+from kankaku.scenarios.checks.check_dwells import dwell_station_mistakes, unheld_mistakes
 from kankaku.scenarios.checks.check_line import line_mistakes
 from kankaku.scenarios.checks.line_tables import LineTables
 from kankaku.scenarios.loading.load_line import read_line, to_line
 from kankaku.scenarios.loading.load_stock import read_stock, to_train_types
+from kankaku.scenarios.reading.dwell_rows import DwellRows
 from kankaku.scenarios.reading.files import Reader, Table
 from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError, meant, row_place
 from kankaku.scenarios.reading.row_formats import DwellStationRow, ServiceRow
@@ -36,7 +38,26 @@ class Source:
     type_of_train: Mapping[str, str]
     departures: Mapping[str, Mapping[str, int]]
     """Public departure minute by train and station. [min after midnight]"""
-    dwell: Mapping[str, DwellStationRow]
+    dwell: DwellRows
+
+    def dwell_of(self, train: str, station: str) -> DwellStationRow:
+        """
+        Return the dwell that holds for a call at its public departure.
+
+        Parameters
+        ----------
+        train
+            The train.
+        station
+            Where it calls.
+
+        Returns
+        -------
+        DwellStationRow
+            The row.
+        """
+        departure_s = 60.0 * self.departures[train][station]
+        return self.dwell.held(station, self.type_of_train[train], departure_s)
 
 
 def read_source(folder: Path) -> Source:
@@ -65,6 +86,7 @@ def read_source(folder: Path) -> Source:
     services = reader.csv(folder / "services.csv", "timetable", ServiceRow)
     dwell = reader.csv(folder / "dwell_stations.csv", "timetable", DwellStationRow)
     reader.mistakes += line_mistakes(line)
+    reader.mistakes += dwell_station_mistakes(dwell, line, list(stock.train) if stock else None)
     public = _read_public(folder / PUBLIC_FILE, line, reader.mistakes)
     if stock is not None:
         reader.mistakes += _service_mistakes(services, dwell, public, list(stock.train))
@@ -75,7 +97,7 @@ def read_source(folder: Path) -> Source:
         train_types=to_train_types(stock),
         type_of_train={row.train: row.train_type for row in services},
         departures={row.train: public[row.train] for row in services},
-        dwell={row.station: row for row in dwell},
+        dwell=DwellRows(dwell),
     )
 
 
@@ -85,7 +107,6 @@ def _service_mistakes(
     public: Mapping[str, Mapping[str, int]],
     types: Sequence[str],
 ) -> Iterator[Mistake]:
-    with_dwell = {row.station for row in dwell}
     for row in services:
         if row.train_type not in types:
             problem = f"unknown train type {row.train_type!r}"
@@ -93,11 +114,15 @@ def _service_mistakes(
         if public and row.train not in public:
             problem = f"train {row.train!r} is not in {PUBLIC_FILE}"
             yield services.mistake(row, _TRAIN, problem, "trains with public minutes")
-    called = dict.fromkeys(station for minutes in public.values() for station in minutes)
-    for station in called:
-        if dwell.present and station not in with_dwell:
-            problem = f"no dwell times of {station!r}, which {PUBLIC_FILE} has"
-            yield Mistake(dwell.file, "", problem, "a row for each of its stations")
+    if dwell.present:
+        kinds = {row.train: row.train_type for row in services}
+        calls = [
+            ((station, kinds[train], f"{minute // 60:02d}:{minute % 60:02d}"), 60.0 * minute)
+            for train, minutes in public.items()
+            if train in kinds
+            for station, minute in minutes.items()
+        ]
+        yield from unheld_mistakes(dwell, DwellRows(dwell), calls)
 
 
 def _read_public(

@@ -16,7 +16,7 @@ import csv
 import io
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from math import ceil
@@ -44,6 +44,9 @@ EASY_INTERVAL_S = 90
 """Departure-to-arrival interval below which a penalty counts. [s]"""
 PENALTY_STEPS_S = (0, 10, 25)
 """Each deviation counts once more beyond each of these. [s]"""
+
+Leg = tuple[str, str, str]
+"""Train type, station of departure and station of arrival."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +117,7 @@ class _Programme:
         return [int(time) for time in np.round(times)]
 
 
-def fastest_run_times(source: Source) -> dict[tuple[str, str, str], float]:
+def fastest_run_times(source: Source) -> dict[Leg, float]:
     """
     Return the technically fastest run times.
 
@@ -125,7 +128,7 @@ def fastest_run_times(source: Source) -> dict[tuple[str, str, str], float]:
 
     Returns
     -------
-    dict[tuple[str, str, str], float]
+    dict[Leg, float]
         By train type, station of departure and station of arrival. [s]
     """
     stop_m = {platform.station: platform.stop_m for platform in source.line.platforms}
@@ -143,13 +146,13 @@ def fastest_run_times(source: Source) -> dict[tuple[str, str, str], float]:
 
 
 def usual_run_times(
-    source: Source, least: Mapping[tuple[str, str, str], int]
-) -> dict[tuple[str, str, str], int]:
+    source: Source, least: Mapping[Leg, int], normal_run_s: Callable[[Leg], float] | None = None
+) -> dict[Leg, int]:
     """
-    Return the run times that the public minutes suggest.
+    Return the usual run times: those of normal driving, or those that the public minutes suggest.
 
     The truncation of the minutes cancels in the mean over many trains: what remains of the
-    mean interval between two departures after the booked dwell is the usual run time.
+    mean interval between two departures after the mean booked dwell is the usual run time.
 
     Parameters
     ----------
@@ -157,25 +160,31 @@ def usual_run_times(
         Line, trains and public minutes.
     least
         Least run time by train type and stations. [units]
+    normal_run_s
+        Run time of a train that is driven as usual; the public minutes decide if nothing. [s]
 
     Returns
     -------
-    dict[tuple[str, str, str], int]
+    dict[Leg, int]
         Usual run time, not below the least. [units]
     """
-    found: dict[tuple[str, str, str], list[int]] = {}
+    if normal_run_s is not None:
+        return {leg: max(round(normal_run_s(leg) / UNIT_S), least[leg]) for leg in least}
+    spans: dict[Leg, list[int]] = {}
+    dwells_s: dict[Leg, list[float]] = {}
     for train, minutes in source.departures.items():
         for start, end in pairwise(minutes):
             leg = (source.type_of_train[train], start, end)
-            found.setdefault(leg, []).append(minutes[end] - minutes[start])
+            spans.setdefault(leg, []).append(minutes[end] - minutes[start])
+            dwells_s.setdefault(leg, []).append(source.dwell_of(train, end).booked_dwell_s)
     usual = {}
-    for leg, spans in found.items():
-        run_s = 60.0 * sum(spans) / len(spans) - source.dwell[leg[2]].booked_dwell_s
+    for leg, found in spans.items():
+        run_s = 60.0 * sum(found) / len(found) - sum(dwells_s[leg]) / len(found)
         usual[leg] = max(round(run_s / UNIT_S), least[leg])
     return usual
 
 
-def reconstruct(source: Source) -> str:
+def reconstruct(source: Source, normal_run_s: Callable[[Leg], float] | None = None) -> str:
     """
     Return a timetable to the second.
 
@@ -183,6 +192,10 @@ def reconstruct(source: Source) -> str:
     ----------
     source
         Line, trains, dwell times and public minutes.
+    normal_run_s
+        Run time of a train that is driven as usual, which the booked runs are kept close to and
+        never below 1.03 times the fastest; if nothing, what the mean public interval leaves
+        beside the booked dwell. [s]
 
     Returns
     -------
@@ -197,7 +210,7 @@ def reconstruct(source: Source) -> str:
     trains = _stops(source)
     stops = [stop for train in trains for stop in train]
     programme = _Programme(unknowns=2 * len(stops))
-    _add_runs(programme, source, trains)
+    _add_runs(programme, source, trains, normal_run_s)
     _add_dwells(programme, source, stops)
     _add_intervals(programme, stops)
     per_minute = 60 // UNIT_S
@@ -239,12 +252,17 @@ def _stops(source: Source) -> list[list[_Stop]]:
     return trains
 
 
-def _add_runs(programme: _Programme, source: Source, trains: list[list[_Stop]]) -> None:
+def _add_runs(
+    programme: _Programme,
+    source: Source,
+    trains: list[list[_Stop]],
+    normal_run_s: Callable[[Leg], float] | None,
+) -> None:
     least = {
         leg: ceil(RUN_ALLOWANCE * run_s / UNIT_S)
         for leg, run_s in fastest_run_times(source).items()
     }
-    usual = usual_run_times(source, least)
+    usual = usual_run_times(source, least, normal_run_s)
     for stops in trains:
         for before, after in pairwise(stops):
             leg = (source.type_of_train[before.train], before.station, after.station)
@@ -254,7 +272,7 @@ def _add_runs(programme: _Programme, source: Source, trains: list[list[_Stop]]) 
 
 def _add_dwells(programme: _Programme, source: Source, stops: list[_Stop]) -> None:
     for stop in stops:
-        dwell = source.dwell[stop.station]
+        dwell = source.dwell_of(stop.train, stop.station)
         booked = round(dwell.booked_dwell_s / UNIT_S)
         least = booked if stop.origin else ceil(dwell.minimum_dwell_s / UNIT_S)
         programme.at_least(stop.departure, stop.arrival, least)

@@ -116,7 +116,7 @@ def _refused(field: FieldInfo, value: object, of_number: Callable[[object], str]
     if value in ("", {}):
         return "is empty"
     trouble = ""
-    if field.description == CLOCK_TEXT:
+    if (field.description or "").startswith(CLOCK_TEXT):
         trouble = clock_trouble(value)
     elif field.description == NAME_TEXT:
         trouble = identifier_trouble(value)
@@ -151,7 +151,7 @@ def allowed_by(field: FieldInfo) -> str:
     if get_origin(field.annotation) is Literal:
         return " or ".join(str(value) for value in get_args(field.annotation))
     kinds = {float: "a number", int: "a whole number", str: "text", float | None: "a number"}
-    kinds |= {bool: "true or false"}
+    kinds |= {bool: "true or false", int | None: "a whole number"}
     kind = kinds.get(field.annotation)  # type: ignore[arg-type]
     signs = {"gt": "above", "ge": "from", "lt": "below", "le": "up to"}
     signs |= {"min_length": "of length", "max_length": "up to"}

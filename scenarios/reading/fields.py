@@ -10,6 +10,8 @@ from kankaku.scenarios.reading.cell_texts import clock, number, text_trouble
 CLOCK_TEXT = "a time of day as HH:MM:SS, hours 0 to 99; after midnight they go on with 24"
 OPTION_TEXT = "a finite number, true or false, or a list of finite numbers"
 NAME_TEXT = "a text of letters a-z and A-Z, digits, '-', '_' and '.', at most 60 characters"
+POINTS_TEXT = "a list of [km/h, kN], speeds up to 400 and forces up to 5000, at most 1000 of them"
+FASTEST_KMH, STRONGEST_KN, MOST_POINTS = 400.0, 5000.0, 1000
 MOST = 10_000
 """Entries of one kind in a file with keys. [-]"""
 
@@ -25,6 +27,10 @@ def _clock(value: object) -> object:
     if found is None:
         raise ValueError(CLOCK_TEXT)
     return found
+
+
+def _maybe_clock(value: object) -> object:
+    return "" if value == "" else _clock(value)
 
 
 def _text(value: str) -> str:
@@ -44,6 +50,21 @@ def _option(value: object) -> float | bool | tuple[float, ...]:
     raise ValueError(OPTION_TEXT)
 
 
+def _points(value: object) -> tuple[tuple[float, float], ...]:
+    if not isinstance(value, list) or not 0 < len(value) <= MOST_POINTS:
+        raise ValueError(POINTS_TEXT)
+    return tuple(map(_point, value))
+
+
+def _point(value: object) -> tuple[float, float]:
+    if not isinstance(value, list) or len(value) != 2 or not all(map(_is_finite, value)):
+        raise ValueError(POINTS_TEXT)
+    speed_kmh, force_kn = map(float, value)
+    if not (0.0 <= speed_kmh <= FASTEST_KMH and 0.0 <= force_kn <= STRONGEST_KN):
+        raise ValueError(POINTS_TEXT)
+    return speed_kmh, force_kn
+
+
 def _is_finite(value: object) -> TypeGuard[float]:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
@@ -55,6 +76,11 @@ def _is_finite(value: object) -> TypeGuard[float]:
 
 Cell = BeforeValidator(_number)
 Option: TypeAlias = Annotated[float | bool | tuple[float, ...], PlainValidator(_option)]
+Points: TypeAlias = Annotated[
+    tuple[tuple[float, float], ...] | None,
+    PlainValidator(_points),
+    Field(description=POINTS_TEXT),
+]
 Name: TypeAlias = Annotated[
     str,
     StringConstraints(pattern=r"^[A-Za-z0-9_.\-]{1,60}$"),
@@ -71,6 +97,9 @@ Text: TypeAlias = Annotated[
 ]
 OptionalText: TypeAlias = Annotated[str, StringConstraints(max_length=200), AfterValidator(_text)]
 Clock: TypeAlias = Annotated[str, BeforeValidator(_clock), Field(description=CLOCK_TEXT)]
+MaybeClock: TypeAlias = Annotated[
+    str, BeforeValidator(_maybe_clock), Field(description=f"{CLOCK_TEXT}; or nothing")
+]
 Kilometre: TypeAlias = Annotated[float, Cell, Field(ge=-1000.0, le=10000.0)]
 Percent: TypeAlias = Annotated[float, Field(gt=0.0, le=100.0)]
 Mass: TypeAlias = Annotated[float, Field(gt=0.0, le=20000.0)]

@@ -24,6 +24,7 @@ KNOWN = (
     "nodes.csv",
     "routes.csv",
     "crossings.csv",
+    "driven_speeds.csv",
     "limits.csv",
     "gradients.csv",
     "curves.csv",
@@ -36,6 +37,7 @@ KNOWN = (
     "dwell_stations.csv",
     "dwell_quantiles.csv",
     "public_timetable.csv",
+    "public_intervals.csv",
 )
 """Every file that a command reads from a scenario folder, or a tool made one of them from."""
 MOST_TOLD = 8

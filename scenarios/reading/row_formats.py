@@ -9,6 +9,7 @@ from kankaku.scenarios.reading.fields import (
     Cell,
     Clock,
     Kilometre,
+    MaybeClock,
     MaybeName,
     Name,
     Text,
@@ -117,7 +118,16 @@ class CrossingRow(StretchRow):
 class LimitRow(StretchRow):
     """A row of ``limits.csv``."""
 
-    limit_kmh: Annotated[float, Cell, Field(ge=5.0, le=400.0)]
+    limit_kmh: Annotated[float, Cell, Field(ge=3.0, le=400.0)]
+    track: MaybeName = ""
+    train_type: MaybeName = ""
+
+
+@dataclass(frozen=True, slots=True)
+class DrivenSpeedRow(StretchRow):
+    """A row of ``driven_speeds.csv``: what drivers run at, where their style keeps to it."""
+
+    speed_kmh: Annotated[float, Cell, Field(ge=5.0, le=400.0)]
     track: MaybeName = ""
 
 
@@ -189,12 +199,15 @@ class CallRow(Row):
 
 @dataclass(frozen=True, slots=True)
 class DwellStationRow(Row):
-    """A row of ``dwell_stations.csv``."""
+    """A row of ``dwell_stations.csv``: for a time of day or a train type, where it names them."""
 
     station: Name
     minimum_dwell_s: Annotated[float, Cell, Field(ge=0.0, le=3600.0)]
     booked_dwell_s: Annotated[float, Cell, Field(ge=0.0, le=3600.0)]
     delay_scale: Annotated[float, Cell, Field(ge=0.0, le=100.0)]
+    from_time: MaybeClock = ""
+    until_time: MaybeClock = ""
+    train_type: MaybeName = ""
 
 
 @dataclass(frozen=True, slots=True)

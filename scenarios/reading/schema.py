@@ -21,6 +21,7 @@ from kankaku.scenarios.reading.fields import (
     Option,
     OptionalName,
     Percent,
+    Points,
     Speed,
     SweptDelay,
     Text,
@@ -52,6 +53,7 @@ class ControllerEntry(Checked):
     operation_options: dict[str, Option] = {}
     radio: bool = False
     by_default: bool = True
+    driving: OptionalName = None
 
 
 class DwellSettings(Checked):
@@ -165,6 +167,18 @@ class InterlockingSettings(Checked):
     order: Literal["timetable", "first_come"] = "timetable"
 
 
+class DrivingStyleEntry(Checked):
+    """How trains are driven within what they can and may do."""
+
+    traction_percent: float = Field(100.0, ge=20.0, le=100.0)
+    station_brake_kmhps: Brake | None = None
+    below_limit_kmh: float = Field(0.0, ge=0.0, le=30.0)
+    coasting_band_kmh: float = Field(0.0, ge=0.0, le=60.0)
+    departure_reaction_s: float = Field(0.0, ge=0.0, le=30.0)
+    driven_speeds: bool = False
+    late_after_s: float | None = Field(None, ge=0.0, le=600.0)
+
+
 class ScenarioFile(Checked):
     """The file ``scenario.toml``."""
 
@@ -176,6 +190,8 @@ class ScenarioFile(Checked):
     line: Text = "."
     rolling_stock: Text = "."
     timetable: Text = "."
+    driving: Name = "fastest"
+    driving_styles: dict[Name, DrivingStyleEntry] = {}
     dwell_delays: DwellSettings | None = None
     train_detection: DetectionSettings = DetectionSettings()
     turn_back: TurnBackSettings = TurnBackSettings()
@@ -193,43 +209,78 @@ class ScenarioFile(Checked):
 
 
 class TractionEntry(Checked):
-    """Wheel force of the whole train: constant, then constant power, then falling with v^2."""
+    """
+    Wheel force of the whole train: constant, then constant power, then falling with v^2.
 
-    starting_force_kn: float = Field(gt=0.0, le=5000.0)
-    power_speed_kmh: Speed
-    characteristic_speed_kmh: Speed
+    Or a table, linear between its speeds.
+    """
+
+    starting_force_kn: float | None = Field(None, gt=0.0, le=5000.0)
+    power_kw: float | None = Field(None, gt=0.0, le=50000.0)
+    power_speed_kmh: float | None = Field(None, ge=5.0, le=400.0)
+    characteristic_speed_kmh: float | None = Field(None, ge=5.0, le=400.0)
+    force_speed: Points = None
+
+
+class ResistanceEntry(Checked):
+    """
+    Running resistance of the whole train, ``a + b v + c v^2``, in one of three families of units.
+
+    A coefficient that is left out is 0.
+    """
+
+    a_n: float | None = Field(None, ge=0.0, le=1e6)
+    b_nspm: float | None = Field(None, ge=0.0, le=1e5)
+    c_ns2pm2: float | None = Field(None, ge=0.0, le=1e4)
+    a_kn: float | None = Field(None, ge=0.0, le=1000.0)
+    b_kn_per_kmh: float | None = Field(None, ge=0.0, le=100.0)
+    c_kn_per_kmh2: float | None = Field(None, ge=0.0, le=1.0)
+    a_n_per_t: float | None = Field(None, ge=0.0, le=1000.0)
+    b_n_per_t_kmh: float | None = Field(None, ge=0.0, le=100.0)
+    c_n_per_t_kmh2: float | None = Field(None, ge=0.0, le=1.0)
 
 
 class SupplyEntry(Checked):
-    """Electrical side of the whole train."""
+    """Electrical side of the whole train; what is left out is derived from the traction."""
 
-    traction_efficiency_percent: Percent
-    regeneration_efficiency_percent: float = Field(ge=0.0, le=100.0)
-    regeneration_force_kn: float = Field(ge=0.0, le=5000.0)
-    regeneration_power_kw: float = Field(ge=0.0, le=50000.0)
-    regeneration_cutoff_kmh: float = Field(ge=0.0, le=100.0)
-    auxiliary_kw: float = Field(ge=0.0, le=5000.0)
+    traction_efficiency_percent: Percent = 85.0
+    regeneration_efficiency_percent: float = Field(80.0, ge=0.0, le=100.0)
+    regeneration_force_kn: float | None = Field(None, ge=0.0, le=5000.0)
+    regeneration_power_kw: float | None = Field(None, ge=0.0, le=50000.0)
+    regeneration_cutoff_kmh: float = Field(5.0, ge=0.0, le=100.0)
+    auxiliary_kw: float | None = Field(None, ge=0.0, le=5000.0)
 
 
 class TrainEntry(Checked):
-    """A train type. ``mass_t`` is the loaded train, ``motor_mass_t`` its motor cars."""
+    """
+    A train type. ``mass_t`` is the loaded train, ``motor_mass_t`` its motor cars.
 
-    cars: int = Field(ge=1, le=30)
-    length_m: float = Field(ge=10.0, le=600.0)
+    What is left out is that of a typical electric multiple unit.
+    """
+
+    cars: int | None = Field(None, ge=1, le=100)
+    length_m: float = Field(ge=10.0, le=900.0)
     mass_t: Mass
-    motor_mass_t: Mass
-    rotating_mass_percent: float = Field(ge=0.0, le=30.0)
+    motor_mass_t: float | None = Field(None, gt=0.0, le=20000.0)
+    rotating_mass_percent: float = Field(8.0, ge=0.0, le=30.0)
     maximum_speed_kmh: Speed
     service_brake_kmhps: Brake
-    emergency_brake_kmhps: Brake
+    emergency_brake_kmhps: float | None = Field(None, ge=0.5, le=12.0)
+    curve_resistance_permil_m: float = Field(600.0, ge=0.0, le=2000.0)
+    jerk_mps3: float | None = Field(None, ge=0.1, le=10.0)
+    brake_build_up_s: float = Field(0.0, ge=0.0, le=10.0)
+    safety_factor: float = Field(1.0, ge=1.0, le=3.0)
+    overspeed_kmh: float = Field(0.0, ge=0.0, le=20.0)
     traction: TractionEntry
-    supply: SupplyEntry
+    resistance: ResistanceEntry | None = None
+    supply: SupplyEntry = SupplyEntry()
 
 
 class RollingStockFile(Checked):
     """The file ``rolling_stock.toml``."""
 
     schema_version: Literal[1]
+    brake_rate: Literal["level", "net"] = "level"
     train: dict[Name, TrainEntry] = Field(min_length=1)
 
 

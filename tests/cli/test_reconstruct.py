@@ -5,7 +5,14 @@ from pathlib import Path
 import pytest
 
 from kankaku.scenarios.loading.load import load
-from kankaku.scenarios.loading.reconstruct import main
+from kankaku.scenarios.loading.public_timetable import read_source
+from kankaku.scenarios.loading.reconstruct import (
+    RUN_ALLOWANCE,
+    fastest_run_times,
+    main,
+    reconstruct,
+)
+from kankaku.scenarios.reading.units import whole_seconds
 from tests.unit.scenario_folder import replace, write_scenario
 
 PUBLIC = """\
@@ -78,7 +85,7 @@ def test_help_is_told_and_nothing_is_written(
         ("public_timetable.csv", "07:03", "06:03", "no timetable obeys the public minutes"),
         ("services.csv", "C3,unit", "C3,units", "unknown train type 'units'"),
         ("services.csv", "C3,unit", "D4,unit", "train 'D4' is not in public_timetable.csv"),
-        ("dwell_stations.csv", "last,20,30,1.0\n", "", "no dwell times of 'last'"),
+        ("dwell_stations.csv", "last,20,30,1.0\n", "", "'last', where trains call, is missing"),
         ("tracks.csv", "middle,middle-2,1.2,1.6", "middle,middle-2,1.3,1.6", "tracks.csv: "),
         ("rolling_stock.toml", "mass_t = 440.0", "mass_t = heavy", "rolling_stock.toml: "),
     ],
@@ -106,3 +113,47 @@ def test_files_that_cannot_be_read_are_named(
     assert "public_timetable.csv: cannot be read: No such" in refused(capsys, folder, "--force")
     told = refused(capsys, folder.parent / "nowhere")
     assert "stations.csv: the file is missing" in told
+
+
+TIMED = """\
+station,minimum_dwell_s,booked_dwell_s,delay_scale,from_time,until_time
+first,20,30,0.5,,
+middle,20,30,1.5,,
+middle,40,45,1.5,07:06:00,
+last,20,30,1.0,,
+"""
+
+
+def booked(text: str) -> dict[tuple[str, str], tuple[int, int]]:
+    """Return arrival and departure by train and station. [s]"""
+    rows = [line.split(",") for line in text.splitlines()[1:]]
+    return {
+        (train, station): (whole_seconds(arrival), whole_seconds(departure))
+        for train, station, _, arrival, departure in rows
+    }
+
+
+def test_a_dwell_is_booked_by_the_time_of_day(folder: Path) -> None:
+    (folder / "dwell_stations.csv").write_text(TIMED, encoding="utf-8")
+    times = booked(reconstruct(read_source(folder)))
+    stays_s = {key: departure - arrival for key, (arrival, departure) in times.items()}
+    assert stays_s["A1", "middle"] == 30
+    assert stays_s["B2", "middle"] == stays_s["C3", "middle"] == 45
+
+
+def test_booked_runs_are_those_of_normal_driving_and_never_below_the_least(folder: Path) -> None:
+    source = read_source(folder)
+    legs = fastest_run_times(source)
+    fastest_s = legs["unit", "first", "middle"]
+    # As near as five seconds allow; the least is rounded up.
+    for normal_s, below_s, above_s in ((1.3 * fastest_s, -2.5, 2.5), (20.0, 0.0, 5.0)):
+        times = booked(reconstruct(source, dict.fromkeys(legs, normal_s).__getitem__))
+        run_s = times["A1", "middle"][0] - times["A1", "first"][1]
+        expected_s = max(normal_s, RUN_ALLOWANCE * fastest_s)
+        assert expected_s + below_s <= run_s <= expected_s + above_s
+
+
+def test_a_time_without_a_dwell_is_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    only = TIMED.replace("middle,20,30,1.5,,\n", "")
+    (folder / "dwell_stations.csv").write_text(only, encoding="utf-8")
+    assert "no row of 'middle' holds for 'unit' at 07:03" in refused(capsys, folder, "--force")

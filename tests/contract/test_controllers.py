@@ -43,6 +43,7 @@ VARIANTS: Mapping[str, tuple[str, Mapping[str, Option]]] = {
     **{name: (name, {}) for name in PROTECTIONS},
     "cbtc": ("moving_block", CBTC),
     "over radio": ("moving_block", {}),
+    "lineside signals": ("multi_step_atc", {"sighting_time_s": 6.0, "overlap_beyond_m": 60.0}),
 }
 """Protections with options that change what they do."""
 BY_RADIO = {"over radio"}

@@ -104,8 +104,9 @@ def inertial_kg(train: TrainType) -> float:
 def pull_n(train: TrainType, speed_mps: float) -> float:
     """Greatest tractive force: constant, then of constant power, then as the inverse square."""
     traction, speed = train.traction, max(speed_mps, 0.01)
-    power = min(1.0, traction.power_speed_mps / speed)
-    return traction.starting_force_n * power * min(1.0, traction.characteristic_speed_mps / speed)
+    power_mps, characteristic_mps = traction.bends_mps
+    power = min(1.0, power_mps / speed)
+    return traction.starting_force_n * power * min(1.0, characteristic_mps / speed)
 
 
 def rolling_n(train: TrainType, speed_mps: float) -> float:

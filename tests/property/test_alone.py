@@ -61,7 +61,7 @@ def scenario_of(
 
 def lateness_by_others_s(world: World, record: RunRecord) -> np.ndarray:
     times_s = technical_run_times_s(world)
-    alone_s = unhindered_arrivals_s(world, np.zeros(times_s.shape), times_s)
+    alone_s = unhindered_arrivals_s(world, np.zeros(record.arrival_s.shape), times_s)
     found: np.ndarray = (record.arrival_s - alone_s)[0, 1:]
     return found
 
@@ -98,7 +98,7 @@ WALKING = [SpeedLimit(700.0, 701.0, 1.0 / 3.6), SpeedLimit(START_M - 5.0, START_
     random_gradients(END_M, 0.03),
     any_limits(),
     STEPS_S,
-    st.sampled_from(["moving_block", "relative_braking", "atd"]),
+    st.sampled_from(["moving_block", "relative_braking", "atd", "digital_atc"]),
 )
 @example(200.0, [START_M, 2400.0], [], SLOW_TRACK, 0.5, "moving_block")
 @example(200.0, [START_M, 2400.0], [], SLOW_TRACK, 0.1, "atd")

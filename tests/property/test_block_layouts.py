@@ -156,12 +156,20 @@ def random_options(rng: np.random.Generator, protection: str) -> Mapping[str, An
             "idle_time_s": float(rng.choice([0.0, 1.0, 2.0, 4.0])),
             "overlap_m": float(rng.choice([0.0, 10.0, 25.0])),
             "release_below_kmh": float(rng.choice([0.0, 3.0])),
+            "sighting_time_s": float(rng.choice([0.0, 0.0, 4.0, 10.0])),
+            "overlap_beyond_m": float(rng.choice([0.0, 0.0, 100.0])),
         }
     if protection == "atd":
         return {
             "step_m": float(rng.choice([5.0, 20.0, 25.0])),
             "control_brake_percent": float(rng.choice([60.0, 90.0, 100.0])),
             "idle_time_s": float(rng.choice([0.0, 1.5])),
+        }
+    if protection == "digital_atc":
+        return {
+            "pattern_brake_percent": float(rng.choice([60.0, 90.0, 100.0])),
+            "idle_time_s": float(rng.choice([0.0, 2.0])),
+            "overlap_m": float(rng.choice([0.0, 25.0])),
         }
     if protection == "relative_braking":
         # Just harder than the 1.3 m/s2 with which the train ahead does brake.

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from kankaku.controllers.registry import OPERATIONS, build
 from kankaku.railway.plan.line import Gradient
+from kankaku.railway.plan.rolling_stock import Traction
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.testing.example_lines import blocks_every, commuter_train, world_of
 from tests.property.runs import random_gradients, run, solo_scenario
@@ -32,7 +33,7 @@ def test_no_command_is_ever_negative_and_whoever_cannot_climb_stands_unaccused(
     protection: str, operation: str, gradients: list[Gradient], force_n: float, step_s: float
 ) -> None:
     train = commuter_train(brake_mps2=1.5)
-    traction = replace(train.traction, starting_force_n=force_n)
+    traction = Traction(force_n, 11.0, 22.0)
     train = replace(train, traction=traction, emergency_brake_mps2=1.8)
     scenario = solo_scenario(
         train, [300.0, 1600.0], END_M, gradients=[*gradients], limits=[], step_s=step_s
@@ -52,7 +53,7 @@ def test_no_command_is_ever_negative_and_whoever_cannot_climb_stands_unaccused(
 
 def test_a_train_that_meets_a_hill_beyond_its_traction_slows_down_to_a_stand_and_stays() -> None:
     train = commuter_train()
-    traction = replace(train.traction, starting_force_n=100e3)
+    traction = Traction(100e3, 11.0, 22.0)
     # 80 permil take 0.73 m/s2; the train has 0.23.
     hill = [Gradient(900.0, 1900.0, 0.08)]
     scenario = solo_scenario(

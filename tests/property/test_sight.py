@@ -50,7 +50,7 @@ class Compared:
 
 
 @pytest.mark.parametrize("make", SCENARIOS.values(), ids=SCENARIOS)
-@pytest.mark.parametrize("protection", ["multi_step_atc", "atd"])
+@pytest.mark.parametrize("protection", ["multi_step_atc", "atd", "digital_atc"])
 @pytest.mark.parametrize("release_s", [0.0, 0.3, 2.0])
 @pytest.mark.parametrize("step_s", [0.1, 0.5])
 def test_what_is_seen_now_and_then_is_what_is_seen_always(

@@ -176,8 +176,8 @@ def test_the_unhindered_run_takes_the_fastest_run_of_line_and_train() -> None:
     world = three_station_world(trains=1)
     times_s = technical_run_times_s(world)
     fastest_s = fastest_run(world.line, world.train_types[0], 300.0, 1300.0).run_time_s
-    assert np.isnan(times_s[0, 0])
-    assert times_s[0, 1] == fastest_s
+    assert np.isnan(times_s[:, 0, 0]).all()
+    assert times_s[:, 0, 1].tolist() == [fastest_s, fastest_s]
     arrivals_s = unhindered_arrivals_s(world, np.zeros((1, 3)), times_s)
     assert arrivals_s[0, 1] == pytest.approx(READY_S + 30.0 + fastest_s)
 

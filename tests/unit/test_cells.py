@@ -74,7 +74,7 @@ def test_what_is_out_of_range_or_no_number_at_all_is_refused(folder: Path, cell:
     replace(folder, "limits.csv", "1.0,2.0,75", f"1.0,2.0,{cell}")
     mistake = only_fault(folder)
     assert mistake.problem.startswith(f"{cell!r} is not allowed")
-    assert mistake.allowed == "a number from 5 up to 400"
+    assert mistake.allowed == "a number from 3 up to 400"
 
 
 @pytest.mark.parametrize(

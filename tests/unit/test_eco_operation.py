@@ -14,6 +14,7 @@ from kankaku.railway.motion.eco_run import eco, eco_run
 from kankaku.railway.motion.run_curve import fastest_run
 from kankaku.railway.motion.timed_run import timed_run
 from kankaku.railway.plan.line import Gradient, SpeedLimit
+from kankaku.railway.plan.rolling_stock import Traction
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Reason
@@ -54,7 +55,7 @@ def test_with_slack_a_train_arrives_at_the_booked_time_and_saves(run_s: float) -
 def uphill(force_n: float, ramp_m: float, slack_s: float, step_s: float) -> Scenario:
     """A ramp of 55 permil, which takes 0.50 m/s2 of the train's traction or more than it has."""
     train = commuter_train()
-    train = replace(train, traction=replace(train.traction, starting_force_n=force_n))
+    train = replace(train, traction=Traction(force_n, 11.0, 22.0))
     ramp = [Gradient(1500.0, 1500.0 + ramp_m, 0.055)]
     scenario = solo_scenario(train, [300.0, 4000.0], 4300.0, gradients=ramp, step_s=step_s)
     (service,) = scenario.timetable.services

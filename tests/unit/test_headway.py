@@ -177,7 +177,8 @@ def test_the_headway_grows_with_the_margin_and_by_the_dwell() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "pieces"), [("multi_step_atc", "blocks"), ("atd", "track_circuits")]
+    ("name", "pieces"),
+    [("multi_step_atc", "blocks"), ("atd", "track_circuits"), ("digital_atc", "track_circuits")],
 )
 def test_stairways_at_the_headway_touch_and_do_not_overlap(name: str, pieces: str) -> None:
     line = steady_line(20.0, 320.0)
@@ -245,8 +246,9 @@ def rush_hour() -> World:
 
 def test_on_the_rush_hour_line_every_method_is_closer_than_the_one_before(rush_hour: World) -> None:
     headways_s = []
-    for name in ("multi_step_atc", "atd", "moving_block", "relative_braking"):
-        foresight = protection(rush_hour, name)
+    late: dict[str, Any] = {name: {"idle_time_s": 2.0} for name in ("atd", "digital_atc")}
+    for name in ("multi_step_atc", "atd", "digital_atc", "moving_block", "relative_braking"):
+        foresight = protection(rush_hour, name, **late.get(name, {}))
         journey = technical_journey(rush_hour, foresight.profile, 0)
         found = technical_headways(rush_hour, foresight, journey)
         headways_s.append([headway.headway_s for headway in found])
@@ -279,7 +281,7 @@ def test_trains_on_two_tracks_share_the_line_behind_the_points_and_the_points(
     assert north.fouling_end_m < first.cleared_m
 
 
-@pytest.mark.parametrize("name", ["moving_block", "multi_step_atc", "atd"])
+@pytest.mark.parametrize("name", ["moving_block", "multi_step_atc", "atd", "digital_atc"])
 def test_a_train_that_does_not_stay_at_its_origin_is_compressed_like_one_that_hardly_does(
     name: str,
 ) -> None:

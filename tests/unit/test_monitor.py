@@ -117,7 +117,7 @@ class Blind:
         return authority._replace(ceiling_mps=ceiling_mps), memory
 
 
-@pytest.mark.parametrize("protection", ["multi_step_atc", "atd"])
+@pytest.mark.parametrize("protection", ["multi_step_atc", "atd", "digital_atc"])
 def test_detection_that_sees_nobody_is_caught_at_the_boundary(protection: str) -> None:
     scenario = two_station_scenario(2, 90.0, block_m=250.0, limits=(SpeedLimit(0.0, 1800.0, 15.0),))
     world = world_of(scenario)

@@ -107,7 +107,7 @@ def test_a_layout_that_a_train_would_overrun_is_refused_with_the_block() -> None
 
 def test_a_line_without_blocks_is_refused() -> None:
     world = world_of(two_station_scenario(2))
-    for protection in ("multi_step_atc", "atd"):
+    for protection in ("multi_step_atc", "atd", "digital_atc"):
         spec = ControllerSpec("x", protection, "close_up", {}, {})
         with pytest.raises(ControllerError, match="the line has no blocks"):
             build(spec, world)

@@ -101,7 +101,7 @@ def test_train_type_has_our_forces_in_kilonewtons() -> None:
     told = native_xml.rail_attributes(kind)
     speeds = np.array([float(value) for value in told["speedTable"].split()])
     forces = np.array([float(value) for value in told["tractionTable"].split()])
-    assert {kind.traction.power_speed_mps, kind.traction.characteristic_speed_mps} <= {*speeds}
+    assert {*kind.traction.bends_mps} <= {*speeds}
     assert speeds[-1] >= kind.maximum_speed_mps - 0.5
     between = np.linspace(0.0, kind.maximum_speed_mps, 500)
     exact_n = kind.traction.force_n(between)

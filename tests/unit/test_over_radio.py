@@ -231,7 +231,7 @@ def test_knowledge_is_as_old_as_cycles_and_delays_make_it() -> None:
 
 def test_what_goes_through_the_track_cannot_go_by_radio() -> None:
     world = world_of(two_station_scenario(2, block_m=250.0))
-    for name in ("multi_step_atc", "atd"):
+    for name in ("multi_step_atc", "atd", "digital_atc"):
         with pytest.raises(ControllerError) as caught:
             build(ControllerSpec("x", name, "close_up", {}, {}, radio=True), world)
         assert caught.value.where == "controllers.x.radio"

@@ -93,7 +93,7 @@ def test_a_booked_train_is_no_faster_than_codes_permit() -> None:
     assert journey.speed_mps[journey.chainage_m < STOPS_M["east"]].max() <= SLOW_MPS + 0.01
 
 
-@pytest.mark.parametrize("name", ["moving_block", "atd", "relative_braking"])
+@pytest.mark.parametrize("name", ["moving_block", "atd", "digital_atc", "relative_braking"])
 def test_protections_that_permit_the_line_speed_leave_the_profile_as_it_is(name: str) -> None:
     world = world_on(line_with(EVEN))
     foresight = protection(world, name)

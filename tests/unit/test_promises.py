@@ -109,7 +109,7 @@ def test_points_and_crossings_are_not_granted_before_they_can_be_proven() -> Non
     assert worst(record) == {"grant": pytest.approx(10.0, abs=0.01)}
 
 
-@pytest.mark.parametrize("protection", ["multi_step_atc", "atd"])
+@pytest.mark.parametrize("protection", ["multi_step_atc", "atd", "digital_atc"])
 def test_a_circuit_counts_as_occupied_until_its_release(protection: str) -> None:
     scenario = two_station_scenario(2, 90.0, block_m=250.0)
     slow = replace(scenario, line=replace(scenario.line, release_delay_s=4.0))

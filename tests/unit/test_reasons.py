@@ -37,6 +37,8 @@ CONTROLLERS: Mapping[str, ControllerSpec] = {
     "relative braking": ControllerSpec("x", "relative_braking", "close_up", {}, {}),
     "atc": ControllerSpec("x", "multi_step_atc", "close_up", {}, {}),
     "atd": ControllerSpec("x", "atd", "close_up", {}, {}),
+    "digital atc": ControllerSpec("x", "digital_atc", "close_up", {}, {}),
+    "lineside": ControllerSpec("x", "multi_step_atc", "close_up", {"sighting_time_s": 8.0}, {}),
     "two stage": ControllerSpec("x", "moving_block", "two_stage", {}, {}),
     "control map": ControllerSpec("x", "control_map", "control_map", {}, {}),
 }

@@ -108,7 +108,9 @@ def test_dwells_are_plausible_and_times_are_in_five_seconds(
         for call in service.calls:
             dwell_s = call.departure_s - call.arrival_s
             assert call.minimum_dwell_s <= dwell_s
-            assert abs(dwell_s - source.dwell[call.station].booked_dwell_s) <= 30.0
+            assert (
+                abs(dwell_s - source.dwell_of(service.train, call.station).booked_dwell_s) <= 30.0
+            )
             assert call.arrival_s % 5.0 == call.departure_s % 5.0 == 0.0
 
 
@@ -121,7 +123,7 @@ def test_booked_dwells_are_what_the_public_intervals_leave(source: Source) -> No
             spans.setdefault(leg, []).append(60 * (minutes[end] - minutes[start]))
     for leg, span_s in spans.items():
         left_s = np.mean(span_s) - 1.10 * fastest_s[leg]
-        dwell = source.dwell[leg[2]]
+        dwell = source.dwell.held(leg[2], leg[0], 8 * 3600.0)
         assert dwell.booked_dwell_s == 5 * round(left_s / 5)
         assert dwell.minimum_dwell_s == min(dwell.booked_dwell_s - 5, 60)
 

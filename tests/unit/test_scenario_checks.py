@@ -133,6 +133,65 @@ CASES = {
     "delay falling": ("dwell_quantiles.csv", "0.5,4", "0.5,99", "row 4, column delay_s"),
 }
 
+DWELLS = """\
+station,minimum_dwell_s,booked_dwell_s,delay_scale,from_time,until_time,train_type
+first,20,30,1.0,,,
+middle,30,40,2.0,07:04:00,07:06:00,
+middle,20,30,1.5,,,
+middle,25,35,1.0,,,unit
+middle,15,25,3.0,07:08:00,,unit
+last,20,30,1.0,,07:06:00,
+last,25,30,0.5,07:06:00,,
+"""
+
+DWELL_CASES = {
+    "overlap": (
+        "last,20,30,1.0,,07:06:00",
+        "last,20,30,1.0,,07:06:30",
+        "row 8, column from_time: begins before the period of row 7 ends; allowed: from 07:06:30",
+    ),
+    "endless": (
+        "last,20,30,1.0,,07:06:00",
+        "last,20,30,1.0,06:00:00,",
+        "row 8, column from_time: begins before the period of row 7 ends; allowed: no period after",
+    ),
+    "gap": (
+        "last,25,30,0.5,07:06:00",
+        "last,25,30,0.5,07:08:00",
+        "no row of 'last' holds for 'unit' at 07:07:30; allowed: a row for every time of day",
+    ),
+    "turned": (
+        "07:04:00,07:06:00",
+        "07:06:00,07:04:00",
+        "row 3, column until_time: 07:04:00 is not after 07:06:00; allowed: after 07:06:00",
+    ),
+    "over midnight": (
+        "07:04:00,07:06:00",
+        "23:04:00,00:06:00",
+        "allowed: after 23:04:00; after midnight write 24:06:00",
+    ),
+    "unknown type": (
+        "1.0,,,unit",
+        "1.0,,,units",
+        "row 5, column train_type: unknown train type 'units'; allowed: 'unit'",
+    ),
+    "twice": (
+        "1.0,,,unit",
+        "1.0,,,",
+        "row 5, column station: 'middle' stands in row 4 already; allowed: every station once, or",
+    ),
+    "no time": (
+        "07:04:00,07:06:00",
+        "7h04,07:06:00",
+        "row 3, column from_time: '7h04' is not allowed",
+    ),
+    "only of another type": (
+        "first,20,30,1.0,,,",
+        "first,20,30,1.0,07:05:00,,unit",
+        "column from_time: no row of 'first' holds for 'unit' at 07:00:30",
+    ),
+}
+
 CIRCUITS = """\
 id,track,start_km,end_km
 n1a,north-1,-0.3,0.1
@@ -235,6 +294,56 @@ def test_one_fault_has_no_followers(tmp_path: Path) -> None:
     assert [(mistake.file, mistake.where) for mistake in caught.value.mistakes] == [
         ("stations.csv", "row 3, column chainage_km")
     ]
+
+
+def test_the_dwell_that_holds_is_that_of_type_and_time(tmp_path: Path) -> None:
+    folder = write_scenario(tmp_path)
+    (folder / "dwell_stations.csv").write_text(DWELLS, encoding="utf-8")
+    other = DWELLS.replace("15,25,3.0,07:08:00", "15,25,3.0,07:07:00")
+    calls = [service.calls for service in load(folder).timetable.services]
+    held = [[(call.minimum_dwell_s, call.delay_scale) for call in own] for own in calls]
+    # A type goes before a time: the row of 07:04 is for other types.
+    assert held == [
+        [(20.0, 1.0), (25.0, 1.0), (20.0, 1.0)],
+        [(25.0, 1.0), (25.0, 0.5)],
+        [(20.0, 1.0), (15.0, 3.0), (25.0, 0.5)],
+    ]
+    (folder / "dwell_stations.csv").write_text(other.replace(",unit", ","), encoding="utf-8")
+    with pytest.raises(ScenarioError, match="'middle' stands in row 4 already"):
+        load(folder)
+
+
+def test_the_minute_of_the_booked_departure_counts(tmp_path: Path) -> None:
+    folder = write_scenario(tmp_path)
+    rows = DWELLS.replace("last,25,30,0.5,07:06:00", "last,25,30,0.5,07:05:30")
+    rows = rows.replace("last,20,30,1.0,,07:06:00", "last,20,30,1.0,,07:05:30")
+    (folder / "dwell_stations.csv").write_text(rows, encoding="utf-8")
+    # A1 leaves at 07:05:30, in public at 07:05.
+    assert load(folder).timetable.services[0].calls[-1].minimum_dwell_s == 20.0
+
+
+@pytest.mark.parametrize(("old", "new", "told"), DWELL_CASES.values(), ids=DWELL_CASES)
+def test_dwells_by_time_of_day(tmp_path: Path, old: str, new: str, told: str) -> None:
+    folder = write_scenario(tmp_path)
+    (folder / "dwell_stations.csv").write_text(DWELLS, encoding="utf-8")
+    load(folder)
+    replace(folder, "dwell_stations.csv", old, new)
+    with pytest.raises(ScenarioError) as caught:
+        load(folder)
+    (mistake,) = caught.value.mistakes
+    assert mistake.file == "dwell_stations.csv"
+    assert told in str(mistake)
+
+
+def test_a_booked_dwell_is_as_long_as_its_row_says(tmp_path: Path) -> None:
+    folder = write_scenario(tmp_path)
+    (folder / "dwell_stations.csv").write_text(DWELLS, encoding="utf-8")
+    replace(folder, "dwell_stations.csv", "15,25,3.0", "31,35,3.0")
+    with pytest.raises(ScenarioError) as caught:
+        load(folder)
+    (mistake,) = caught.value.mistakes
+    assert (mistake.file, mistake.where) == ("calls.csv", "row 8, column departure")
+    assert "31 s or more" in mistake.allowed
 
 
 @pytest.mark.parametrize(

@@ -48,7 +48,7 @@ def test_units_become_si(folder: Path) -> None:
     assert (service.origin, service.route) == ("middle", ("middle-2", "south-1"))
     assert (service.calls[0].arrival_s, service.calls[0].stop_m) == (25440.0, 1500.0)
     assert scenario.dwell_delays.overstays == (Overstay("A1", "middle", 90.0),)
-    assert scenario.dwell_delays.station_scale["first"] == 0.5
+    assert [call.delay_scale for call in scenario.timetable.services[0].calls] == [0.5, 1.5, 1.0]
     assert scenario.controllers[0].protection_options == {"margin_m": 10.0}
 
 
@@ -150,7 +150,8 @@ def test_missing_file(folder: Path, name: str) -> None:
         ("mass_t = 440.0", "mass_t = inf", "train.unit.mass_t", "number"),
         ("mass_t = 440.0", 'mass_t = "heavy"', "train.unit.mass_t", "number"),
         ("mass_t = 440.0", "mass_t = true", "train.unit.mass_t", "number"),
-        ("cars = 10", "", "train.unit.cars", "whole number"),
+        ("cars = 10", "cars = 0", "train.unit.cars", "from 1 up to 100"),
+        ("length_m = 200.0", "", "train.unit.length_m", "from 10 up to 900"),
         ("cars = 10", "cars = 10.5", "train.unit.cars", "whole number"),
         (
             "service_brake_kmhps = 5.0",
@@ -259,7 +260,7 @@ def test_unreadable_toml_names_the_line(folder: Path) -> None:
         ("1.0,2.0,75", "1.0,2.0", "row 3", "3 fields"),
         ("1.0,2.0,75", "1.0,2.0,75,1", "row 3", "3 fields"),
         ("1.0,2.0,75", "1.0,2.0,401", "row 3, column limit_kmh", "up to 400"),
-        ("1.0,2.0,75", "1.0,2.0,-75", "row 3, column limit_kmh", "from 5"),
+        ("1.0,2.0,75", "1.0,2.0,-75", "row 3, column limit_kmh", "from 3"),
         ("1.0,2.0,75", "1.0,2.0,nan", "row 3, column limit_kmh", "number"),
         ("1.0,2.0,75", "1.0,2.0,7_5", "row 3, column limit_kmh", "number"),
         ("1.0,2.0,75", "1.0,2.0,", "row 3, column limit_kmh", "number"),

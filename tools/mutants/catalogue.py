@@ -142,7 +142,7 @@ MUTANTS: tuple[Mutant, ...] = (
     _mutant(
         "gradient sign in protection",
         "moving",
-        (PROFILE, f"{BRAKE} + gravity", f"{BRAKE} - gravity"),
+        (PROFILE, "braked + lift", "braked - lift"),
     ),
     _mutant(
         "leader off by one at a merge",

@@ -1,0 +1,257 @@
+"""
+How trains are driven, and how soon they answer: what the drive knows beside brakes and traction.
+
+A train answers gradually: its jerk limit and the build-up of its brake bound by how much the
+acceleration may change from step to step. Whoever has to keep a brake curve acts so much earlier.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kankaku.controllers.protection.ceiling import (
+    CeilingFigures,
+    ceiling_ahead_mps,
+    ceiling_figures,
+    figures_of,
+)
+from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.compiled import Plain, compiled
+from kankaku.railway.plan.limit_table import LimitTable
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Bound
+
+ROUNDING_S = 1e-6
+CEILING, ADVICE = int(Bound.CEILING), int(Bound.ADVICE)
+
+
+class Manner(NamedTuple):
+    """How trains are driven, and how soon they answer; arrays of shape (n_trains,)."""
+
+    ceiling: CeilingFigures
+    """The line as it is driven on by trains that are late, and the traction in use."""
+    unhurried: LimitTable
+    """The limits of the line as it is driven on by trains that are not."""
+    late_after_s: float
+    """Who departs so much later than booked is late. [s]"""
+    keeps_ceiling: bool
+    """Whether that may be lower than the ceilings of the protection, or braked for earlier."""
+    gentler_mps2: FloatArray
+    """By how much the brake for stops is weaker than the service brake. [m/s2]"""
+    band_mps: float
+    """How much slower a train gets by coasting; 0 if it does not coast. [m/s]"""
+    reaction_s: float
+    """From when a train may depart until it moves. [s]"""
+    jerk_mps: FloatArray
+    """By how much the speed gained in a step may change from step to step. [m/s]"""
+    rise_mps: FloatArray
+    """The same of the speed lost with a rising service brake. [m/s]"""
+    hard_mps: FloatArray
+    """The same with a rising emergency brake. [m/s]"""
+    safety_factor: FloatArray
+    overspeed_mps: FloatArray
+
+
+class Drivers(NamedTuple):
+    """What drivers remember; arrays of shape (n_trains,)."""
+
+    before_mps: FloatArray
+    """Speed a step ago. [m/s]"""
+    coasts: BoolArray
+    hurries: BoolArray
+    """Who departed late."""
+    may_s: FloatArray
+    """Since when a train at its stop may depart; infinite for all others. [s]"""
+
+
+def manner_of(world: World) -> Manner:
+    """
+    Return how the trains of a world are driven.
+
+    Parameters
+    ----------
+    world
+        The trains.
+
+    Returns
+    -------
+    Manner
+        It stays for a whole run.
+    """
+    step_s, style = world.step_s, world.driving
+    service_mps2, emergency_mps2, jerk_mps3, build_up_s = map(
+        world.of_type,
+        ("service_brake_mps2", "emergency_brake_mps2", "jerk_mps3", "brake_build_up_s"),
+    )
+    with np.errstate(divide="ignore"):
+        rise_mps3 = np.minimum(jerk_mps3, service_mps2 / build_up_s)
+        hard_mps3 = emergency_mps2 / build_up_s
+    driven_mps2 = np.minimum(service_mps2, style.station_brake_mps2)
+    return Manner(
+        ceiling_figures(world, world.driven_profile, step_s, world.driven_types),
+        world.unhurried_profile.limit_table,
+        style.late_after_s,
+        bool(style.lowers or np.isfinite(rise_mps3).any()),
+        service_mps2 - driven_mps2,
+        style.coasting_band_mps,
+        style.departure_reaction_s,
+        jerk_mps3 * step_s**2,
+        rise_mps3 * step_s**2,
+        hard_mps3 * step_s**2,
+        world.of_type("safety_factor"),
+        world.of_type("overspeed_mps"),
+    )
+
+
+@compiled
+def manner_from(fields: Plain) -> Manner:
+    """
+    Return the manner with its names.
+
+    Parameters
+    ----------
+    fields
+        Of :class:`Manner`, plain.
+
+    Returns
+    -------
+    Manner
+        The same.
+    """
+    ceiling, unhurried, late, keeps, gentler, band, reaction, jerk, rise, hard, factor, over = (
+        fields
+    )
+    answers = late, keeps, gentler, band, reaction, jerk, rise, hard, factor, over
+    return Manner(figures_of(ceiling), LimitTable(*unhurried), *answers)
+
+
+@compiled
+def eased_mps(
+    bounds_mps: FloatArray, train: int, speeds_mps: tuple[float, float, float], manner: Manner
+) -> float:
+    """
+    Return the speed after a step that a driver makes of all bounds but those of safety.
+
+    Parameters
+    ----------
+    bounds_mps
+        The bounds of the train. [m/s], shape (n_bounds,)
+    train
+        Its row.
+    speeds_mps
+        Its speed, what it gained in the last step, and the least speed after this one by its
+        service brake. [m/s]
+    manner
+        How trains are driven.
+
+    Returns
+    -------
+    float
+        The speed. [m/s]
+    """
+    speed, gained, least = speeds_mps
+    wish, jerk = bounds_mps.min(), manner.jerk_mps[train]
+    if manner.rise_mps[train] < np.inf:
+        least = max(least, speed + gained - manner.rise_mps[train])
+        if jerk < np.inf:
+            wish = min(wish, speed + gained + jerk)
+            # The steps of an acceleration that fades by the jerk limit add up to what is left.
+            left = min(bounds_mps[CEILING], bounds_mps[ADVICE]) - speed
+            if left > 0.0:
+                left = jerk * (math.sqrt(0.25 + 2.0 * left / jerk) - 0.5)
+            wish = min(wish, speed + left)
+    return float(max(wish, least))
+
+
+@compiled
+def own_ceiling_mps(
+    manner: Manner, drivers: Drivers, train: int, motion: tuple[float, float]
+) -> float:
+    """
+    Return how fast a driver wants to be at the end of a step.
+
+    Parameters
+    ----------
+    manner
+        How trains are driven.
+    drivers
+        What drivers remember.
+    train
+        Row of the train.
+    motion
+        Its front and speed. [m], [m/s]
+
+    Returns
+    -------
+    float
+        By limits and driven speeds, braked for in time. [m/s]
+    """
+    (front_m, speed), line, rise_mps = motion, manner.ceiling, manner.rise_mps[train]
+    if drivers.hurries[train]:
+        return ceiling_ahead_mps(line, train, front_m, speed, rise_mps)
+    kept = CeilingFigures(line.braking, manner.unhurried, line.traction, line.reach_m)
+    return ceiling_ahead_mps(kept, train, front_m, speed, rise_mps)
+
+
+@compiled
+def coasts(
+    manner: Manner, drivers: Drivers, train: int, speeds_mps: tuple[float, float], held_mps: float
+) -> bool:
+    """
+    Return whether a train coasts, and write down whether it goes on to.
+
+    Parameters
+    ----------
+    manner
+        How trains are driven.
+    drivers
+        What drivers remember.
+    train
+        Row of the train.
+    speeds_mps
+        Its speed, and the one after a step of full traction. [m/s]
+    held_mps
+        The speed from which it coasts. [m/s]
+
+    Returns
+    -------
+    bool
+        Whether the train is without traction in this step.
+    """
+    speed, pulled = speeds_mps
+    if drivers.coasts[train]:
+        drivers.coasts[train] = speed >= held_mps - manner.band_mps
+        return bool(drivers.coasts[train])
+    drivers.coasts[train] = pulled >= held_mps
+    return False
+
+
+@compiled
+def has_reacted(now_s: float, train: int, may: bool, manner: Manner, drivers: Drivers) -> bool:
+    """
+    Return whether a train at its stop sets off, and write down since when it may.
+
+    Parameters
+    ----------
+    now_s
+        The time. [s]
+    train
+        Row of the train.
+    may
+        Whether it stands at its stop and may depart.
+    manner
+        How trains are driven.
+    drivers
+        What drivers remember.
+
+    Returns
+    -------
+    bool
+        False for a train that may depart and has not reacted yet.
+    """
+    if not may:
+        drivers.may_s[train] = np.inf
+        return True
+    drivers.may_s[train] = min(drivers.may_s[train], now_s)
+    return bool(now_s >= drivers.may_s[train] + manner.reaction_s - ROUNDING_S)
