@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from kankaku.analysis.tables.run_tables import RunTables as RunTables
     from kankaku.controllers.layers import Layer as Layer
     from kankaku.controllers.layers import Medium as Medium
+    from kankaku.face import across as across
     from kankaku.face import load as load
     from kankaku.face import register_operation as register_operation
     from kankaku.face import register_protection as register_protection
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from kankaku.railway.motion.timed_run import timed_run as timed_run
     from kankaku.railway.plan.scenario import Scenario as Scenario
     from kankaku.scenarios.shipped import shipped_scenarios as shipped_scenarios
+    from kankaku.studies.across_study import AcrossResult as AcrossResult
     from kankaku.studies.outcomes import Study as Study
     from kankaku.studies.outcomes import StudyResult as StudyResult
     from kankaku.studies.study import choose as choose
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "AcrossResult",
     "KankakuError",
     "Layer",
     "Medium",
@@ -43,6 +46,7 @@ __all__ = [
     "Study",
     "StudyResult",
     "__version__",
+    "across",
     "choose",
     "eco_run",
     "fastest_run",
@@ -57,6 +61,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "AcrossResult": "kankaku.studies.across_study",
     "KankakuError": "kankaku.railway.errors",
     "Layer": "kankaku.controllers.layers",
     "Medium": "kankaku.controllers.layers",
@@ -66,6 +71,7 @@ _HOMES = {
     "Scenario": "kankaku.railway.plan.scenario",
     "Study": "kankaku.studies.outcomes",
     "StudyResult": "kankaku.studies.outcomes",
+    "across": "kankaku.face",
     "choose": "kankaku.studies.study",
     "eco_run": "kankaku.railway.motion.eco_run",
     "fastest_run": "kankaku.railway.motion.run_curve",

@@ -1,5 +1,6 @@
 """What the public face does beyond handing on what the rooms offer."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ from kankaku.railway.plan.scenario import Scenario
 from kankaku.scenarios.loading import load as loading
 from kankaku.scenarios.shipped import folder_of
 from kankaku.studies import study
+from kankaku.studies.across_study import AcrossResult, choose_across, run_across
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -88,6 +90,65 @@ def run_once(
             chosen.step_s if step_s is None else step_s,
         )
     )
+
+
+def across(  # noqa: PLR0913 - one argument per choice of the user
+    scenarios: Sequence[str | Path],
+    out: str | Path = "out",
+    *,
+    names: Sequence[str] = (),
+    settings: Sequence[str] = (),
+    seed: int | None = None,
+    seeds: int = 1,
+    step_s: float | None = None,
+    jobs: int = 1,
+    fresh: bool = False,
+) -> AcrossResult:
+    """
+    Run the same controllers in several scenarios, and compare them in one table.
+
+    Parameters
+    ----------
+    scenarios
+        Their folders, or names of shipped ones; no two of one name.
+    out
+        Folder that will hold a results folder for each scenario, and ``across`` for the table.
+    names
+        Controllers to run, baseline first; those that run by default in every scenario if empty.
+    settings
+        Other values of their options, ``<controller>.<option>=<value>`` each.
+    seed
+        First seed; each scenario's own if None.
+    seeds
+        How many seeds, counting up.
+    step_s
+        Length of a step; each scenario's own if None. [s]
+    jobs
+        Processes to use.
+    fresh
+        Run what is finished in the results folders, too.
+
+    Returns
+    -------
+    AcrossResult
+        The table, and what was found in each scenario. A scenario that failed is named.
+
+    Raises
+    ------
+    KankakuError
+        Before any run, with every reason: files that cannot be used, a controller that a scenario
+        has not, a sweep, two scenarios of one name, a folder that holds something else.
+    """
+    choices = {
+        "names": names,
+        "settings": settings,
+        "seed": seed,
+        "seeds": seeds,
+        "step_s": step_s,
+        "jobs": jobs,
+        "fresh": fresh,
+    }
+    return run_across(choose_across(scenarios, choices), Path(out))
 
 
 def register_protection(

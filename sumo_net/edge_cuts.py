@@ -113,14 +113,17 @@ def joints(line: Line) -> list[float]:
 
 
 def _signals_m(line: Line, track: str, ends_m: tuple[float, float]) -> list[float]:
-    stops_m = [platform.stop_m for platform in line.platforms if platform.track == track]
+    stops_m = sorted(platform.stop_m for platform in line.platforms if platform.track == track)
     signals_m: set[float] = set()
     for block in line.blocks:
         if block.track == track:
             for end_m in (block.start_m, block.end_m):
+                signal_m = end_m
                 # A front within the tolerance of its stop must not be past the signal.
-                at_stop = [s for s in stops_m if abs(end_m - s) < SIGNAL_BEYOND_STOP_M]
-                signals_m.add(at_stop[0] + SIGNAL_BEYOND_STOP_M if at_stop else end_m)
+                for stop_m in stops_m:
+                    if abs(signal_m - stop_m) < SIGNAL_BEYOND_STOP_M:
+                        signal_m = stop_m + SIGNAL_BEYOND_STOP_M
+                signals_m.add(signal_m)
     first_m = ends_m[0] + SIGNAL_BEYOND_STOP_M
     last_m = ends_m[1] - SIGNAL_BEYOND_STOP_M
     return sorted(signal for signal in signals_m if first_m < signal < last_m)

@@ -69,12 +69,13 @@ def _off_the_stops(line: Line) -> Iterator[SpeedLimit]:
     ends = {limit.end_m: limit.limit_mps for limit in line.limits}
 
     def place_m(change_m: float) -> float:
-        for platform in line.platforms:
-            if abs(platform.stop_m - change_m) < SIGNAL_BEYOND_STOP_M:
-                slower = begins.get(change_m, np.inf) < ends.get(change_m, np.inf)
-                beyond_m = -SIGNAL_BEYOND_STOP_M if slower else SIGNAL_BEYOND_STOP_M
-                return platform.stop_m + beyond_m
-        return change_m
+        slower = begins.get(change_m, np.inf) < ends.get(change_m, np.inf)
+        beyond_m = -SIGNAL_BEYOND_STOP_M if slower else SIGNAL_BEYOND_STOP_M
+        off_m = change_m
+        for stop_m in sorted((platform.stop_m for platform in line.platforms), reverse=slower):
+            if abs(stop_m - off_m) < SIGNAL_BEYOND_STOP_M:
+                off_m = stop_m + beyond_m
+        return off_m
 
     for limit in line.limits:
         yield replace(limit, start_m=place_m(limit.start_m), end_m=place_m(limit.end_m))

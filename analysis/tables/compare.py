@@ -31,9 +31,13 @@ COMPARISON = (
 CONFIDENCE = 0.95
 
 
-def comparison(summary: pd.DataFrame, indicators: Sequence[str] = tuple(COMPARED)) -> pd.DataFrame:
+def comparison(
+    summary: pd.DataFrame,
+    indicators: Sequence[str] = tuple(COMPARED),
+    controllers: Sequence[str] = (),
+) -> pd.DataFrame:
     """
-    Compare every controller with the first one of the summary.
+    Compare every controller with the first one.
 
     Runs are paired by seed and initial delay: both controllers met the same dwell delays, so
     the differences vary much less than the values. The interval is Student's for the mean of
@@ -45,6 +49,9 @@ def comparison(summary: pd.DataFrame, indicators: Sequence[str] = tuple(COMPARED
         The table ``summary``.
     indicators
         Its columns to compare.
+    controllers
+        Baseline first; those of the summary in their order if empty. One without a run has no
+        mean, and nothing differs from a baseline without one.
 
     Returns
     -------
@@ -53,12 +60,14 @@ def comparison(summary: pd.DataFrame, indicators: Sequence[str] = tuple(COMPARED
         nan for a single pair, ``change_pct`` nan where :func:`change_pct` is; the baseline
         itself differs by 0.
     """
-    return rows_frame(_rows(summary, indicators), COMPARISON)
+    named = controllers or list(dict.fromkeys(summary["controller"]))
+    return rows_frame(_rows(summary, indicators, named), COMPARISON)
 
 
-def _rows(summary: pd.DataFrame, indicators: Sequence[str]) -> Iterator[dict[str, object]]:
+def _rows(
+    summary: pd.DataFrame, indicators: Sequence[str], controllers: Sequence[str]
+) -> Iterator[dict[str, object]]:
     by_delays = summary.set_index(["seed", "initial_delay_s"])
-    controllers = list(dict.fromkeys(summary["controller"]))
     for controller in controllers:
         own = by_delays[by_delays["controller"] == controller]
         baseline = by_delays[by_delays["controller"] == controllers[0]]
@@ -88,7 +97,7 @@ def change_pct(indicator: str, difference: float, reference: float) -> float:
     Parameters
     ----------
     indicator
-        Its name. One that is not in ``COMPARED`` needs a positive reference.
+        Its name. One that is not declared needs a positive reference.
     difference
         The change. In the indicator's unit
     reference
@@ -100,7 +109,7 @@ def change_pct(indicator: str, difference: float, reference: float) -> float:
         Change over reference; nan unless the reference is greater than the indicator's
         ``per_cent_above``. [%]
     """
-    above = COMPARED[indicator].per_cent_above if indicator in COMPARED else 0.0
+    above = INDICATOR_OF[indicator].per_cent_above if indicator in INDICATOR_OF else 0.0
     return 100.0 * difference / reference if reference > above else np.nan
 
 

@@ -150,6 +150,14 @@ INDICATORS = (
     Indicator(
         Topic.DELAY,
         Column(
+            "mean_arrival_lateness_s", "float64", "s", "mean over the same calls; early ones are 0"
+        ),
+        lambda measured: measured.arrivals["arrival_delay_s"].clip(lower=0.0).mean(),
+        per_cent_above=5.0,
+    ),
+    Indicator(
+        Topic.DELAY,
+        Column(
             "final_arrival_delay_s",
             "float64",
             "s",

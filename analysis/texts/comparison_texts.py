@@ -88,10 +88,25 @@ def comparison_note(compared: pd.DataFrame) -> str:
 
 def _cell_text(cell: Mapping[str, Any], *, baseline: bool) -> str:
     mean, difference = cell["mean"], cell["difference"]
-    if np.isnan(mean):
-        return "-"
-    text = f"{mean:,.{_decimals(mean)}f}"
+    text = mean_text(mean)
     return text if baseline or np.isnan(difference) else f"{text} ({change_text(cell)})"
+
+
+def mean_text(mean: float) -> str:
+    """
+    Return a mean as a reader likes to see it.
+
+    Parameters
+    ----------
+    mean
+        Any number.
+
+    Returns
+    -------
+    str
+        With more decimals the smaller it is; a dash if there is none.
+    """
+    return "-" if np.isnan(mean) else f"{mean:,.{_decimals(mean)}f}"
 
 
 def _decimals(value: float) -> int:

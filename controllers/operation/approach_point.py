@@ -161,6 +161,8 @@ class ApproachPointControl:
         for row in events.departed:
             due |= follows & (state.leader == row)
         over = (memory.call >= 0) & ((memory.call != state.next_call) | ~state.running)
+        # A leader that ends its service in the platform never leaves it: it is gone.
+        over |= np.isfinite(memory.stop_from_s) & (memory.leader != state.leader)
         if not (events.departed or due.any() or over.any()):
             return memory
         memory = memory._replace(

@@ -189,6 +189,9 @@ class MovingBlock:
         It counts on the balises before the end of authority, which the train will have passed.
         """
         start_m, end_m = self._world.platform_m[:, row, call]
+        if call > 0 and self._world.stop_m[row, call - 1] > start_m + ENTERED_M:
+            # Platforms overlap: at the stop before, the train has entered this section already.
+            start_m = end_m
         length_m = self._world.length_m[leader]
         return _eoas_behind_m(leader_front_m, length_m, (start_m, end_m), self._spacing)
 

@@ -32,6 +32,7 @@ from kankaku.commands.shared_options import (
     Out,
     Seed,
     Settings,
+    Several,
     Step,
     Version,
 )
@@ -135,6 +136,33 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
         "fresh": fresh,
     }
     _end(run_shown.compare(scenario, out, choices))
+
+
+@app.command("across")
+def across(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
+    scenarios: Several,
+    controller: Names = None,
+    settings: Settings = None,
+    seed: FirstSeed = None,
+    seeds: Seeds = 1,
+    step: Step = None,
+    jobs: Jobs = PROCESSORS,
+    out: Out = OUT,
+    fresh: Fresh = False,
+) -> None:
+    """Run the same controllers in several scenarios, and compare them in one table."""
+    from kankaku.commands.across_shown import compare_across
+
+    choices = {
+        "names": controller or (),
+        "settings": settings or (),
+        "seed": seed,
+        "seeds": seeds,
+        "step_s": step,
+        "jobs": jobs,
+        "fresh": fresh,
+    }
+    _end(compare_across(scenarios, out, choices))
 
 
 @app.command("capacity")

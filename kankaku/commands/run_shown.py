@@ -29,6 +29,7 @@ from kankaku.commands.screen import (
     show_table,
 )
 from kankaku.studies import study
+from kankaku.studies.outcomes import Go, Hearers
 
 
 def compare(scenario: Path | None, out: Path, choices: Mapping[str, Any]) -> int:
@@ -54,7 +55,8 @@ def compare(scenario: Path | None, out: Path, choices: Mapping[str, Any]) -> int
     with refusals(scenario, out):
         chosen = chosen_of(scenario, choices)
         show_doubts(chosen)
-        result = run_shown(chosen, out)
+        with study.ready(chosen, out) as go:
+            result = run_shown(chosen, go)
     return report(result, chosen)
 
 
@@ -69,16 +71,16 @@ class Clock(ProgressColumn):
         return Text(f"{minutes // 60:d} h {minutes % 60:02d} min, {speed_up:,.0f} x", no_wrap=True)
 
 
-def run_shown(chosen: study.Study, out: Path) -> study.StudyResult:
+def run_shown(chosen: study.Study, go: Go) -> study.StudyResult:
     """
     Run a study and show how it comes along: bars on a terminal, lines in a log file.
 
     Parameters
     ----------
     chosen
-        What to run.
-    out
-        Folder that will hold the results folder.
+        What is run.
+    go
+        Runs it.
 
     Returns
     -------
@@ -86,7 +88,7 @@ def run_shown(chosen: study.Study, out: Path) -> study.StudyResult:
         What is finished.
     """
     if not console.is_terminal:
-        return _run_with_log(chosen, out)
+        return _run_with_log(go)
     with bars(Clock()) as shown:
         # Of each controller.
         runs = len(chosen.tasks) // len(chosen.specs)
@@ -103,10 +105,10 @@ def run_shown(chosen: study.Study, out: Path) -> study.StudyResult:
             total_s = max(together_s, runs * expected_s)
             shown.update(bar_of[name], completed=together_s, total=total_s)
 
-        return study.run_study(chosen, out, show, _say)
+        return go(Hearers(show, _say))
 
 
-def _run_with_log(chosen: study.Study, out: Path) -> study.StudyResult:
+def _run_with_log(go: Go) -> study.StudyResult:
     log = Log()
 
     def show(task: study.Task, done_s: float, expected_s: float) -> None:
@@ -116,7 +118,7 @@ def _run_with_log(chosen: study.Study, out: Path) -> study.StudyResult:
     def tell(task: study.Task, end: str, done: int, total: int) -> None:
         log.tell(f"{task}: {end}, {done} of {total}", always=True)
 
-    return study.run_study(chosen, out, show, _say, tell)
+    return go(Hearers(show, _say, tell))
 
 
 def _say(sentence: str) -> None:
@@ -153,20 +155,50 @@ def report(result: study.StudyResult, chosen: study.Study) -> int:
                 answers.print(escape(comparison_note(compared)), soft_wrap=True)
             show_side_by_side(header, rows, kept=2, shown=SIDE_BY_SIDE - 1)
         answers.print(f"Results: {result.folder}", soft_wrap=True, markup=False)
-    show_group(
-        counted_text(len(result.violations), "safety violation", "safety violations"),
-        result.violations,
-    )
-    show_group(counted_text(len(result.failures), "failure", "failures"), result.failures)
-    left = result.unfinished
-    show_group(unfinished_heading(len(left), chosen.scenario.patience_s), left, style="yellow")
+    show_troubles(result, chosen)
     if result.interrupted:
-        told = "what was finished is kept" if result.outcomes else "no run was finished"
-        again = " without --fresh" if chosen.fresh else ""
-        more = f"; the same command{again} goes on from there" if result.outcomes else ""
-        console.print(f"Interrupted: {told}{more}.", soft_wrap=True)
+        tell_interrupted(kept=bool(result.outcomes), fresh=chosen.fresh)
     return exit_status(
         violations=bool(result.violations),
         failures=bool(result.failures),
         interrupted=result.interrupted,
     )
+
+
+def show_troubles(result: study.StudyResult, chosen: study.Study, where: str = "") -> None:
+    """
+    Show what went wrong in a study, each kind of trouble under its own heading.
+
+    Parameters
+    ----------
+    result
+        What is finished.
+    chosen
+        What was to be run.
+    where
+        What stands before each heading.
+    """
+    violations = counted_text(len(result.violations), "safety violation", "safety violations")
+    show_group(f"{where}{violations}", result.violations)
+    failures = counted_text(len(result.failures), "failure", "failures")
+    show_group(f"{where}{failures}", result.failures)
+    left = result.unfinished
+    heading = unfinished_heading(len(left), chosen.scenario.patience_s)
+    show_group(f"{where}{heading}", left, style="yellow")
+
+
+def tell_interrupted(*, kept: bool, fresh: bool) -> None:
+    """
+    Tell what an interrupt has left.
+
+    Parameters
+    ----------
+    kept
+        A run was finished.
+    fresh
+        The user wanted everything anew.
+    """
+    told = "what was finished is kept" if kept else "no run was finished"
+    again = " without --fresh" if fresh else ""
+    more = f"; the same command{again} goes on from there" if kept else ""
+    console.print(f"Interrupted: {told}{more}.", soft_wrap=True)

@@ -111,14 +111,14 @@ def counted(name: str) -> Iterator[Callable[[int, int], None]]:
 
 
 @contextmanager
-def refusals(scenario: Path, out: Path) -> Iterator[None]:
+def refusals(scenario: Path | str, out: Path) -> Iterator[None]:
     """
     Tell what of a scenario cannot be used or run, and end.
 
     Parameters
     ----------
     scenario
-        Its folder or name.
+        Its folder or name; of several all of them.
     out
         Where results go.
     """

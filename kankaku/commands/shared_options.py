@@ -29,6 +29,14 @@ _SCENARIO = typer.Argument(
 )
 Named: TypeAlias = Annotated[Path, _SCENARIO]
 MayBeNamed: TypeAlias = Annotated[Path | None, _SCENARIO]
+Several: TypeAlias = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="SCENARIO...",
+        show_default=False,
+        help="Scenario folders, or names of shipped ones; two of one name are refused.",
+    ),
+]
 Names: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(

@@ -41,7 +41,8 @@ from kankaku.railway.step.control import Controller, Foresight, exclusive_pieces
 from kankaku.store import failed_runs
 from kankaku.store.holding import held
 from kankaku.studies.provenance import provenance_of
-from kankaku.studies.study import Registered, Study, StudyError, StudyResult, registered, world_of
+from kankaku.studies.registered_layers import Registered, registered
+from kankaku.studies.study import Study, StudyError, StudyResult, world_of
 from kankaku.studies.two_trains import foresight_of, simulated_headway_s
 from kankaku.workers import Done, Failure, attempt, performed
 

@@ -139,6 +139,10 @@ Tell: TypeAlias = Callable[[Task, str, int, int], None]
 class Hearers(NamedTuple):
     """Who wants to know how a study comes along."""
 
-    progress: Progress
-    say: Say
-    tell: Tell
+    progress: Progress = lambda *_: None
+    say: Say = lambda _: None
+    tell: Tell = lambda *_: None
+
+
+Go: TypeAlias = Callable[[Hearers], StudyResult]
+"""Runs what is missing of a study whose results folder is held."""

@@ -5,15 +5,14 @@ This is the one place where the rooms meet: files -> scenario -> SUMO -> loop ->
 ``run.py`` gives it a command line; scripts and notebooks may call :func:`run_study`.
 """
 
-import pickle
-import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from kankaku.analysis.publish.study_publishing import STUDY_RESULTS
 from kankaku.analysis.results import refuse_foreign
@@ -21,7 +20,6 @@ from kankaku.analysis.tables.run_tables import run_tables
 from kankaku.asking import MOST_JOBS, MOST_SEEDS, SEED_MAX, STEP_RANGE_S
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import named, with_settings
-from kankaku.controllers.layers import Layer
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.failures.unit_failures import UnitFailure, failing
 from kankaku.railway.loop.simulate import simulate
@@ -40,6 +38,7 @@ from kankaku.store.holding import held
 from kankaku.store.run_store import Task
 from kankaku.studies.outcomes import (
     Failed,
+    Go,
     Hearers,
     Outcome,
     Progress,
@@ -49,6 +48,7 @@ from kankaku.studies.outcomes import (
     StudyResult,
     Tell,
 )
+from kankaku.studies.registered_layers import Registered, registered
 from kankaku.studies.running import Running
 from kankaku.sumo_net.build import build, build_native
 from kankaku.sumo_net.engine import SumoEngine
@@ -223,6 +223,32 @@ def run_study(
     FileExistsError
         If something else stands where the results would go.
     """
+    with ready(study, out) as run:
+        return run(Hearers(progress, say, tell))
+
+
+@contextmanager
+def ready(study: Study, out: Path) -> Iterator[Go]:
+    """
+    Hold the results folder of a study that can be run.
+
+    Parameters
+    ----------
+    study
+        What to run.
+    out
+        Folder that will hold the results folder.
+
+    Yields
+    ------
+    Callable[[Hearers], StudyResult]
+        Runs what is missing, and writes the results folder.
+
+    Raises
+    ------
+    KankakuError, OSError
+        As :func:`run_study`.
+    """
     folder = out / study.scenario.name
     refuse_foreign(folder, STUDY_RESULTS.marks)
     world = world_of(study.scenario, study.step_s)
@@ -233,56 +259,7 @@ def run_study(
     with held(folder) as work:
         refuse_unwritable(folder, "results")
         running = Running(study, folder, work, world)
-        return running.run(
-            partial(_perform, study, registered(study.specs)), Hearers(progress, say, tell)
-        )
-
-
-class Registered(NamedTuple):
-    """Layers that were registered while the program runs; workers have to be told of them."""
-
-    protections: Mapping[str, Layer]
-    operations: Mapping[str, Layer]
-
-    def restore(self) -> None:
-        """Register them here, too."""
-        registry.PROTECTIONS.restore(self.protections)
-        registry.OPERATIONS.restore(self.operations)
-
-
-def registered(specs: Sequence[ControllerSpec]) -> Registered:
-    """
-    Return the layers of some controllers that were registered while the program runs.
-
-    Parameters
-    ----------
-    specs
-        The controllers that are run.
-
-    Returns
-    -------
-    Registered
-        What a worker process registers first.
-
-    Raises
-    ------
-    StudyError
-        If one of them stands in no file that a worker could import.
-    """
-    used = {name for spec in specs for name in (spec.protection, spec.operation)}
-    found = Registered(registry.PROTECTIONS.added(used), registry.OPERATIONS.added(used))
-    for name, layer in (*found.protections.items(), *found.operations.items()):
-        try:
-            pickle.dumps(layer)
-        except (pickle.PicklingError, AttributeError, TypeError) as error:
-            allowed = "a class at the top of a module, or run_once"
-            raise StudyError(name, "worker processes cannot import it", allowed) from error
-        if layer.build.__module__ == "__main__" and not hasattr(
-            sys.modules["__main__"], "__file__"
-        ):
-            allowed = "a module of its own, an entry point, or run_once"
-            raise StudyError(name, "is defined in a notebook, which workers cannot read", allowed)
-    return found
+        yield partial(running.run, partial(_perform, study, registered(study.specs)))
 
 
 def _perform(

@@ -1,6 +1,6 @@
 """Cross-checks of the line's files: everything must lie where it can lie."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from kankaku.scenarios.checks.check_blocks import (
@@ -10,6 +10,7 @@ from kankaku.scenarios.checks.check_blocks import (
 )
 from kankaku.scenarios.checks.line_tables import (
     FAR_KM,
+    TOLERANCE_KM,
     LineTables,
     duplicates,
     length_mistakes,
@@ -23,10 +24,14 @@ from kankaku.scenarios.reading.row_formats import (
     DrivenSpeedRow,
     GradientRow,
     LimitRow,
+    PlatformRow,
     StretchRow,
     TrackRow,
     TurnoutRow,
 )
+
+STOPS_APART_KM = 0.001
+"""Two stops nearer to each other on one track are one place for SUMO. [km]"""
 
 
 def line_mistakes(line: LineTables) -> list[Mistake]:
@@ -116,14 +121,11 @@ def platform_mistakes(line: LineTables) -> list[Mistake]:
             problem = f"the same platform as in row {first[row.station, row.track]}"
             mistakes.append(table.mistake(row, "", problem, "one platform per station and track"))
         first.setdefault((row.station, row.track), row.row)
-    for track_id in tracks:
-        mine = [row for row in table if row.track == track_id]
-        mistakes += tiling_mistakes(stretches, mine, "the platform", gaps=False)
     return mistakes or _place_mistakes(line)
 
 
 def _place_mistakes(line: LineTables) -> list[Mistake]:
-    """Return platforms that lie far from their station, or beyond the platform of another one."""
+    """Return platforms that lie far from their station, or whose stops are in another order."""
     table = line.platforms
     station_km = {station.id: station.chainage_km for station in line.stations}
     if list(station_km.values()) != sorted(station_km.values()):
@@ -137,13 +139,33 @@ def _place_mistakes(line: LineTables) -> list[Mistake]:
             problem = f"the platform lies {away_km:.3g} km from its station {row.station!r}"
             allowed = f"a platform within {FAR_KM:g} km of {chainage_km:g}, that station's chainage"
             mistakes.append(table.mistake(row, "station", problem, allowed))
-    along = sorted(known, key=lambda row: (row.track, row.stop_km))
+    mistakes += _order_mistakes(table, station_km, {row: row.stop_km for row in known})
+    both = {link.id for link in line.links if link.direction == "both"}
+    falling_km = {
+        row: row.start_km + row.end_km - row.stop_km for row in known if row.track in both
+    }
+    return mistakes or _order_mistakes(table, station_km, falling_km)
+
+
+def _order_mistakes(
+    table: Table[PlatformRow],
+    station_km: Mapping[str, float],
+    stop_km: Mapping[PlatformRow, float],
+) -> list[Mistake]:
+    """Return platforms where trains would stop in another order than that of their stations."""
+    mistakes = []
+    along = sorted(stop_km, key=lambda row: (row.track, stop_km[row]))
     for before, after in pairwise(along):
-        there_km, here_km = station_km[before.station], station_km[after.station]
-        if before.track == after.track and here_km < there_km:
+        if before.track != after.track:
+            continue
+        if station_km[after.station] < station_km[before.station]:
             problem = f"{after.station!r} comes before {before.station!r} of row {before.row}"
             allowed = "platforms in the order of their stations on every track"
             mistakes.append(table.mistake(after, "station", f"station {problem}", allowed))
+        elif stop_km[after] - stop_km[before] < STOPS_APART_KM - TOLERANCE_KM:
+            problem = f"trains stop at {stop_km[after]:g}, where they do for row {before.row}"
+            allowed = f"stops {STOPS_APART_KM:g} km apart or more on one track"
+            mistakes.append(table.mistake(after, "stop_km", problem, allowed))
     return mistakes
 
 

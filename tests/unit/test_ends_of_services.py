@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+import kankaku
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import ScenarioError
 from tests.unit.scenario_folder import replace, write_scenario
@@ -116,3 +117,25 @@ def test_two_platforms_with_the_names_of_each_other_are_told(tmp_path: Path) -> 
     )
     found = refused(folder)
     assert ("platforms.csv", "row 2, column station") in [mistake[:2] for mistake in found]
+
+
+def test_who_waits_outside_a_platform_goes_on_when_its_leader_ends_there(tmp_path: Path) -> None:
+    """B2 ends at the last station, before a platform of its way, and is never seen to depart."""
+    folder = write_scenario(tmp_path)
+    for file, row in {
+        "stations.csv": "halt,Halt,停,3.4,139.8,35.7\n",
+        "platforms.csv": "halt,south-1,3.195,3.405,3.4\n",
+        "dwell_stations.csv": "halt,20,30,1.0\n",
+    }.items():
+        with (folder / file).open("a", encoding="utf-8") as opened:
+            opened.write(row)
+    last = "C3,last,south-1,07:10:00,07:10:30\n"
+    replace(folder, "calls.csv", last, f"{last}C3,halt,south-1,07:11:00,07:11:30\n")
+    settings = folder / "scenario.toml"
+    late = settings.read_text("utf-8").replace('"A1"', '"B2"').replace('"middle"', '"last"')
+    late = late.replace("delay_s = 90.0", "delay_s = 400.0").replace("close_up", "approach_point")
+    settings.write_text(f"{late}exclusive_platform = true\n", "utf-8")
+    run = kankaku.run_once(folder, "plain")
+    assert run.calls[run.calls["train"] == "B2"]["departure_delay_s"].max() > 300.0
+    assert run.unfinished.empty
+    assert run.violations.empty
