@@ -179,9 +179,10 @@ def _command(
         # On a climb that takes more than a net brake does, traction is all that there is.
         braked = min(speed - loss, pulled)
         hardest = min(speed - loss - able.emergency_extra_mps[train], pulled)
+        downhill = able.braking.service_mps2[train] * able.step_s - loss
         if manner.rise_mps[train] < np.inf:
             # Traction is gone by the jerk limit at the latest, and the brake rises from nothing.
-            unbraked = min(gained, able.braking.service_mps2[train] * able.step_s - loss)
+            unbraked = min(gained, downhill)
             least = max(gained - manner.jerk_mps[train], unbraked - manner.rise_mps[train])
             braked = max(braked, min(speed + least, pulled))
             hardest = max(hardest, min(speed + unbraked - manner.hard_mps[train], pulled))
@@ -193,11 +194,11 @@ def _command(
             continue
         motion = front_m, speed, loss, pulled
         departs = speed == 0.0 and abs(front_m - stops.from_m[train]) < AT_STOP_M
-        if departs:
+        if departs and drivers.may_s[train] == np.inf:
             drivers.hurries[train] = now_s > stops.booked_s[train] + manner.late_after_s
         _bound(bounds, train, motion, asked, stops, (able, manner), drivers)
         kept = max(bounds[LIMIT, train], hardest)
-        wish = eased_mps(bounds[:, train], train, (speed, gained, braked), manner)
+        wish = eased_mps(bounds[:, train], train, (speed, gained, braked, downhill), manner)
         next_mps[train] = max(min(wish, kept), 0.0)
         eoa_m, eoa_by, stop_m = asked.eoa_m[train], asked.eoa_by[train], stops.stop_m[train]
         bound[train] = _lowest(bounds[:, train], eoa_m, eoa_by, stop_m, able.far_m)

@@ -146,7 +146,8 @@ class World:
         The reaction, and half of the time in which the jerk limit lets the traction rise: a train
         whose acceleration rises evenly in a time is behind by half of it.
         """
-        rise_s = self.of_type("starting_acceleration_mps2") / self.of_type("jerk_mps3")
+        starting = np.array([kind.starting_acceleration_mps2 for kind in self.driven_types])
+        rise_s = starting[self.type_index] / self.of_type("jerk_mps3")
         lag_s: FloatArray = self.driving.departure_reaction_s + 0.5 * rise_s
         return lag_s
 
