@@ -95,7 +95,7 @@ def manner_of(world: World) -> Manner:
         bool(style.lowers or np.isfinite(rise_mps3).any()),
         service_mps2 - driven_mps2,
         style.coasting_band_mps,
-        style.departure_reaction_s,
+        world.reaction_s,
         jerk_mps3 * step_s**2,
         rise_mps3 * step_s**2,
         hard_mps3 * step_s**2,
