@@ -119,6 +119,7 @@ class TractionDrive:
         self._drivers = Drivers(
             np.zeros(world.size),
             np.zeros(world.size),
+            np.zeros(world.size),
             np.zeros(world.size, dtype=np.bool_),
             np.full(world.size, np.inf),
         )
@@ -180,6 +181,9 @@ def _command(
         braked = min(speed - loss, pulled)
         hardest = min(speed - loss - able.emergency_extra_mps[train], pulled)
         downhill = able.braking.service_mps2[train] * able.step_s - loss
+        # What it would gain now with the same traction or brake: gravity is at once there.
+        gained += downhill - drivers.downhill_mps[train] if speed > 0.0 else 0.0
+        drivers.downhill_mps[train] = downhill
         if manner.rise_mps[train] < np.inf:
             # Traction is gone by the jerk limit at the latest, and the brake rises from nothing.
             unbraked = min(gained, downhill)
