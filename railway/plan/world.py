@@ -140,15 +140,8 @@ class World:
 
     @cached_property
     def departure_lag_s(self) -> FloatArray:
-        """
-        From when each train may depart until full traction would have set it off. (n_trains,)
-
-        The reaction, and half of the time in which the jerk limit lets the traction rise: a train
-        whose acceleration rises evenly in a time is behind by half of it.
-        """
-        rise_s = self.of_type("starting_acceleration_mps2") / self.of_type("jerk_mps3")
-        lag_s: FloatArray = self.driving.departure_reaction_s + 0.5 * rise_s
-        return lag_s
+        """From when each train may depart until full traction would have set it off. (n_trains,)"""
+        return np.array([self.driving.lag_s(kind) for kind in self.train_types])[self.type_index]
 
     def line_of(self, row: int) -> Line:
         """
