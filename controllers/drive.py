@@ -193,16 +193,16 @@ def _command(
             continue
         motion = front_m, speed, loss, pulled
         departs = speed == 0.0 and abs(front_m - stops.from_m[train]) < AT_STOP_M
-        if departs:
-            drivers.hurries[train] = now_s > stops.booked_s[train] + manner.late_after_s
+        late = now_s > stops.booked_s[train] + manner.late_after_s
+        drivers.hurries[train] = late if departs else drivers.hurries[train]
         _bound(bounds, train, motion, asked, stops, (able, manner), drivers)
         kept = max(bounds[LIMIT, train], hardest)
         wish = eased_mps(bounds[:, train], train, (speed, gained, braked), manner)
         next_mps[train] = max(min(wish, kept), 0.0)
-        eoa_m, eoa_by, stop_m = asked.eoa_m[train], asked.eoa_by[train], stops.stop_m[train]
-        bound[train] = _lowest(bounds[:, train], eoa_m, eoa_by, stop_m, able.far_m)
+        ends = asked.eoa_m[train], asked.eoa_by[train], stops.stop_m[train], able.far_m
+        bound[train] = _lowest(bounds[:, train], ends)
         may = departs and next_mps[train] > 0.0
-        if manner.reaction_s > 0.0 and not has_reacted(now_s, train, may, manner, drivers):
+        if not has_reacted(now_s, train, may, manner, drivers):
             next_mps[train], bound[train] = 0.0, STOP
     return next_mps, bounds, bound
 
@@ -262,13 +262,14 @@ def _to_end_mps(
 
 
 @compiled
-def _lowest(bounds_mps: FloatArray, eoa_m: float, eoa_by: int, stop_m: float, far_m: float) -> int:
+def _lowest(bounds_mps: FloatArray, ends: tuple[float, int, float, float]) -> int:
     """
     Return which bound a train's speed is told to be due to.
 
     Of bounds that are alike the nearer and harder one counts. Where nothing ends the way and
     where no stop is left, the brake curves lead to the ends of the tables only.
     """
+    eoa_m, eoa_by, stop_m, far_m = ends
     lowest = STOP if stop_m < far_m else CEILING
     for other in (CEILING, ADVICE, TRACTION):
         if bounds_mps[other] < bounds_mps[lowest]:

@@ -9,8 +9,8 @@ import pytest
 
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.scenarios.loading.load import load
-from tools.yizhuang.__main__ import FOLDER, differing, line_texts, main, timetable_texts
 from tools.driven_speeds import driven_s, read_style
+from tools.yizhuang.__main__ import FOLDER, differing, line_texts, main, timetable_texts
 from tools.yizhuang.line import SourceError, read_ttobench, source_tables
 from tools.yizhuang.timetable import RUN_ALLOWANCE, UNIT_S, leg_times, read_line_and_train
 
