@@ -13,6 +13,7 @@ from kankaku.controllers.manner import (
     manner_from,
     manner_of,
     own_ceiling_mps,
+    rising_least_mps,
 )
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
@@ -163,7 +164,7 @@ def _command(
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     trains, asked, stops = Whereabouts(*whereabouts), Asked(*asked_fields), Stops(*stop_fields)
     able, manner = _abilities(trains_fields[0]), manner_from(trains_fields[1])
-    drivers = Drivers(*driver_fields)
+    drivers, known = Drivers(*driver_fields), (able, manner)
     size = trains.speed_mps.size
     next_mps, bound = np.zeros(size), np.zeros(size, dtype=np.intp)
     bounds = np.zeros((N_BOUNDS, size))
@@ -180,11 +181,9 @@ def _command(
         braked = min(speed - loss, pulled)
         hardest = min(speed - loss - able.emergency_extra_mps[train], pulled)
         if manner.rise_mps[train] < np.inf:
-            # Traction is gone by the jerk limit at the latest, and the brake rises from nothing.
-            unbraked = min(gained, able.braking.service_mps2[train] * able.step_s - loss)
-            least = max(gained - manner.jerk_mps[train], unbraked - manner.rise_mps[train])
-            braked = max(braked, min(speed + least, pulled))
-            hardest = max(hardest, min(speed + unbraked - manner.hard_mps[train], pulled))
+            unbraked = able.braking.service_mps2[train] * able.step_s - loss
+            rising, hard = rising_least_mps(manner, train, speed, gained, unbraked)
+            braked, hardest = max(braked, min(rising, pulled)), max(hardest, min(hard, pulled))
         if asked.emergency[train]:
             next_mps[train] = max(hardest, 0.0)
             bounds[:, train] = np.inf
@@ -193,9 +192,9 @@ def _command(
             continue
         motion = front_m, speed, loss, pulled
         departs = speed == 0.0 and abs(front_m - stops.from_m[train]) < AT_STOP_M
-        late = now_s > stops.booked_s[train] + manner.late_after_s
-        drivers.hurries[train] = late if departs else drivers.hurries[train]
-        _bound(bounds, train, motion, asked, stops, (able, manner), drivers)
+        if departs:
+            drivers.hurries[train] = now_s > stops.booked_s[train] + manner.late_after_s
+        _bound(bounds, train, motion, asked, stops, known, drivers)
         kept = max(bounds[LIMIT, train], hardest)
         wish = eased_mps(bounds[:, train], train, (speed, gained, braked), manner)
         next_mps[train] = max(min(wish, kept), 0.0)

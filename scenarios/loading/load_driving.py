@@ -1,7 +1,6 @@
 """Driving styles of the main file to SI units."""
 
 import math
-
 from pathlib import Path
 
 from kankaku.railway.plan.driving_style import FASTEST, DrivingStyle
