@@ -180,9 +180,9 @@ def _command(
         # On a climb that takes more than a net brake does, traction is all that there is.
         braked = min(speed - loss, pulled)
         hardest = min(speed - loss - able.emergency_extra_mps[train], pulled)
+        downhill = able.braking.service_mps2[train] * able.step_s - loss
         if manner.rise_mps[train] < np.inf:
-            unbraked = able.braking.service_mps2[train] * able.step_s - loss
-            rising, hard = rising_least_mps(manner, train, speed, gained, unbraked)
+            rising, hard = rising_least_mps(manner, train, speed, gained, downhill)
             braked, hardest = max(braked, min(rising, pulled)), max(hardest, min(hard, pulled))
         if asked.emergency[train]:
             next_mps[train] = max(hardest, 0.0)
@@ -192,11 +192,11 @@ def _command(
             continue
         motion = front_m, speed, loss, pulled
         departs = speed == 0.0 and abs(front_m - stops.from_m[train]) < AT_STOP_M
-        if departs:
+        if departs and drivers.may_s[train] == np.inf:
             drivers.hurries[train] = now_s > stops.booked_s[train] + manner.late_after_s
         _bound(bounds, train, motion, asked, stops, known, drivers)
         kept = max(bounds[LIMIT, train], hardest)
-        wish = eased_mps(bounds[:, train], train, (speed, gained, braked), manner)
+        wish = eased_mps(bounds[:, train], train, (speed, gained, braked, downhill), manner)
         next_mps[train] = max(min(wish, kept), 0.0)
         ends = asked.eoa_m[train], asked.eoa_by[train], stops.stop_m[train], able.far_m
         bound[train] = _lowest(bounds[:, train], ends)

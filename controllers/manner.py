@@ -95,7 +95,7 @@ def manner_of(world: World) -> Manner:
         bool(style.lowers or np.isfinite(rise_mps3).any()),
         service_mps2 - driven_mps2,
         style.coasting_band_mps,
-        style.departure_reaction_s,
+        world.reaction_s,
         jerk_mps3 * step_s**2,
         rise_mps3 * step_s**2,
         hard_mps3 * step_s**2,
@@ -161,7 +161,10 @@ def rising_least_mps(
 
 @compiled
 def eased_mps(
-    bounds_mps: FloatArray, train: int, speeds_mps: tuple[float, float, float], manner: Manner
+    bounds_mps: FloatArray,
+    train: int,
+    speeds_mps: tuple[float, float, float, float],
+    manner: Manner,
 ) -> float:
     """
     Return the speed after a step that a driver makes of all bounds but those of safety.
@@ -173,8 +176,8 @@ def eased_mps(
     train
         Its row.
     speeds_mps
-        Its speed, what it gained in the last step, and the least speed after this one by its
-        service brake. [m/s]
+        Its speed, what it gained in the last step, the least speed after this one by its service
+        brake, and what it gains in a step on the descent without brake or traction. [m/s]
     manner
         How trains are driven.
 
@@ -183,16 +186,63 @@ def eased_mps(
     float
         The speed. [m/s]
     """
-    speed, gained, least = speeds_mps
-    wish, jerk = bounds_mps.min(), manner.jerk_mps[train]
-    if jerk < np.inf:
-        wish = min(wish, speed + gained + jerk)
-        # The steps of an acceleration that fades by the jerk limit add up to what is left.
+    speed, gained, least, downhill = speeds_mps
+    wish, rise = bounds_mps.min(), manner.rise_mps[train]
+    if rise < np.inf:
+        wish = min(wish, speed + gained + manner.jerk_mps[train])
         left = min(bounds_mps[CEILING], bounds_mps[ADVICE]) - speed
-        if left > 0.0:
-            left = jerk * (math.sqrt(0.25 + 2.0 * left / jerk) - 0.5)
-        wish = min(wish, speed + left)
+        wish = min(wish, speed + fading_mps(left, manner.jerk_mps[train], rise, downhill))
     return float(max(wish, least))
+
+
+@compiled
+def fading_mps(left_mps: float, jerk_mps: float, rise_mps: float, downhill_mps: float) -> float:
+    r"""
+    Return the greatest speed to gain in a step that is gone before a train is too fast.
+
+    From a gain :math:`g` on the next ones are less by the jerk limit, but on a descent none is
+    further below what the descent alone gives than the brake has risen by then. So in
+    :math:`n + 1` steps a gain that fades by :math:`r` from step to step adds up to
+    :math:`(n + 1) (g - n r / 2)`.
+
+    Parameters
+    ----------
+    left_mps
+        How much faster the train may get in all. [m/s]
+    jerk_mps
+        By how much the speed gained in a step may change from step to step. [m/s]
+    rise_mps
+        The same of the speed lost by the brake. [m/s]
+    downhill_mps
+        Speed gained in a step on the descent without brake; 0 or less on others. [m/s]
+
+    Returns
+    -------
+    float
+        Speed gained in the step. [m/s]
+    """
+    if left_mps <= 0.0 or downhill_mps <= 0.0 or rise_mps >= jerk_mps:
+        return _even_mps(left_mps, jerk_mps)
+    steps = math.floor(downhill_mps / rise_mps)
+    braked_mps = steps * (downhill_mps - 0.5 * (steps + 1) * rise_mps)
+    left = left_mps - braked_mps
+    if left <= downhill_mps:
+        return _even_mps(left_mps, rise_mps)
+    # The last step before the brake rises counts as whole.
+    left -= downhill_mps
+    steps = 0
+    while left > (steps + 2) * (downhill_mps + 0.5 * (steps + 1) * jerk_mps):
+        steps += 1
+    return max(left / (steps + 1) + 0.5 * steps * min(jerk_mps, left), downhill_mps)
+
+
+@compiled
+def _even_mps(left_mps: float, change_mps: float) -> float:
+    """Return the gain of a step from which it fades by the same from step to step. [m/s]"""
+    if left_mps <= change_mps:
+        return left_mps
+    steps = math.floor(0.5 * (math.sqrt(1.0 + 8.0 * left_mps / change_mps) - 1.0))
+    return left_mps / (steps + 1) + 0.5 * steps * change_mps
 
 
 @compiled

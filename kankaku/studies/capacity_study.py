@@ -132,12 +132,10 @@ def assess_capacity(
     if not specs:
         msg = "--controller: nothing but peers; allowed: controllers with a protection"
         raise StudyError(msg)
-    world = world_of(study.scenario, study.step_s)
-    radio = study.scenario.radio
-    built = {spec.name: foresight_of(registry.build(spec, world, radio)) for spec in specs}
+    foreseen = {spec.name: _foreseen(study, spec) for spec in specs}
     first_alike = _first_alike(specs)
-    kinds = {name: built[name] for name in dict.fromkeys(first_alike.values())}
-    headways, failed = _headways(world, kinds, row)
+    kinds = {name: foreseen[name] for name in dict.fromkeys(first_alike.values())}
+    headways, failed = _headways(kinds, row)
     by_theory_s = {
         name: tuple(headway.headway_s for headway in headways[alike])
         for name, alike in first_alike.items()
@@ -180,12 +178,18 @@ def _gathered(
     return theory
 
 
+def _foreseen(study: Study, spec: ControllerSpec) -> tuple[World, Foresight]:
+    """Return a controller's own world, and what its protection says in it beforehand."""
+    world = world_of(study.scenario, study.step_s).driven_as(spec.driving)
+    return world, foresight_of(registry.build(spec, world, study.scenario.radio))
+
+
 def _headways(
-    world: World, kinds: Mapping[str, Foresight], row: int
+    kinds: Mapping[str, tuple[World, Foresight]], row: int
 ) -> tuple[dict[str, tuple[Headway, ...]], Failures]:
     found: dict[str, tuple[Headway, ...]] = {}
     failed: Failures = {}
-    for name, foresight in kinds.items():
+    for name, (world, foresight) in kinds.items():
         technical, failure = attempt(partial(_technical, world, foresight, row))
         if technical is not None:
             found[name] = technical[1]
@@ -229,9 +233,11 @@ def pattern_of_peak(timetable: Timetable) -> PeakPattern:
 
 
 def _first_alike(specs: Sequence[ControllerSpec]) -> dict[str, str]:
-    """Return for each controller the first one with the same protection."""
+    """Return for each controller the first one with the same protection and driving."""
     kinds = {spec.name: registry.options_of(spec)["protection"] for spec in specs}
-    by_name = {spec.name: (spec.protection, spec.radio, kinds[spec.name]) for spec in specs}
+    by_name = {
+        spec.name: (spec.protection, spec.radio, spec.driving, kinds[spec.name]) for spec in specs
+    }
     names = list(by_name)
     return {
         name: next(other for other in names if by_name[other] == by_name[name]) for name in names

@@ -111,9 +111,15 @@ def world_of(scenario: Scenario) -> World:
     Returns
     -------
     World
-        With the scenario's own step.
+        With the scenario's own step and driving style.
     """
-    return build_world(scenario.line, scenario.train_types, scenario.timetable, scenario.step_s)
+    return build_world(
+        scenario.line,
+        scenario.train_types,
+        scenario.timetable,
+        scenario.step_s,
+        scenario.driving,
+    )
 
 
 def stations_at(chainages_m: Mapping[str, float]) -> tuple[Station, ...]:

@@ -45,7 +45,7 @@ class Tracker:
         self._ready: list[int] = []
         self._unfinished = size
         # Who moves now began to a step ago, and might have departed a reaction before.
-        self._late_s = world.step_s + world.driving.departure_reaction_s
+        self._late_s = world.step_s + world.reaction_s
         self._fastest_mps = max(kind.maximum_speed_mps for kind in world.train_types)
         self._no_clearing_before_s = -np.inf
         shape = (size, world.stop_m.shape[1] - 1)

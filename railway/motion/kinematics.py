@@ -6,7 +6,8 @@ import numpy as np
 
 from kankaku.railway.compiled import compiled, elementwise
 
-NEWTON_STEPS = 8
+NEWTON_STEPS = 40
+"""More than are ever needed. [-]"""
 NEAR_MPS = 1e-6
 """Speeds after a step are known this well. [m/s]"""
 
@@ -110,12 +111,17 @@ def rising_speed_mps(
     """
     loss_mps, lag_mps = losses_mps
     after = float(next_speed_mps(speed_mps, square_m2ps2, loss_mps, lag_mps))
-    braked = speed_mps - loss_mps
+    braked = max(speed_mps - loss_mps, 0.0)
     if rise_mps == np.inf or after <= braked:
         return after
+    if braked > 0.0:
+        # Nobody who builds up by more has any room left.
+        room = square_m2ps2 - braked * braked - loss_mps * (speed_mps + braked)
+        room -= 2.0 * lag_mps * braked
+        after = min(after, braked + math.sqrt(max(rise_mps * room / braked, 0.0)))
     # Convex and rising from here down: Newton's steps fall towards the root.
     for _ in range(NEWTON_STEPS):
-        missing = after - braked
+        missing = loss_mps + after - speed_mps
         excess = after * after + loss_mps * (speed_mps + after) + 2.0 * lag_mps * after
         excess += missing * missing / rise_mps * after - square_m2ps2
         slope = 2.0 * after + loss_mps + 2.0 * lag_mps
@@ -127,9 +133,9 @@ def rising_speed_mps(
             slope += missing**2 * (over + 0.25 * missing) / rise_mps**2
         step = excess / slope
         after = max(after - step, braked)
-        if step < NEAR_MPS:
+        if step < NEAR_MPS or after <= braked:
             break
-    return max(after, 0.0)
+    return after
 
 
 def two_stage_brake_mps2(acceleration_mps2: float, brake_mps2: float) -> float:

@@ -1,5 +1,6 @@
 """What every controller knows beforehand: line, fleet and timetable as arrays; no delays."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,6 +21,8 @@ from kankaku.railway.plan.turns import orders
 
 BUFFER_STOP_M = 1.0
 """A train whose last stop is nearer to the end of the line than this runs on no more. [m]"""
+STEP_ROUNDING = 1e-6
+"""So little of a step is none. [-]"""
 
 
 @dataclass(frozen=True)
@@ -138,10 +141,18 @@ class World:
         band_mps = 0.0 if hurried else self.driving.coasting_band_mps
         return replace(profile, coasting_band_mps=band_mps)
 
+    @property
+    def reaction_s(self) -> float:
+        """From when a train may depart until it moves, in whole steps. [s]"""
+        steps = math.ceil(self.driving.departure_reaction_s / self.step_s - STEP_ROUNDING)
+        return steps * self.step_s
+
     @cached_property
     def departure_lag_s(self) -> FloatArray:
         """From when each train may depart until full traction would have set it off. (n_trains,)"""
-        return np.array([self.driving.lag_s(kind) for kind in self.train_types])[self.type_index]
+        late_s = self.reaction_s - self.driving.departure_reaction_s
+        lag_s = np.array([self.driving.lag_s(kind) for kind in self.train_types])
+        return late_s + lag_s[self.type_index]
 
     def line_of(self, row: int) -> Line:
         """

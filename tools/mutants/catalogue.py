@@ -336,9 +336,9 @@ MUTANTS: tuple[Mutant, ...] = (
             "moving",
             (
                 DRIVE,
-                "next_mps[train] = max(min(wish, emergency), 0.0)",
+                "next_mps[train] = max(min(wish, kept), 0.0)",
                 (
-                    "least = min(wish, emergency)\n"
+                    "least = min(wish, kept)\n"
                     f"        harder = speed - {times} * (speed - least)\n"
                     "        next_mps[train] = max(min(least, harder), 0.0)"
                 ),
