@@ -1,9 +1,13 @@
 """Runs of one point: both controllers with the same delays, without SUMO."""
 
+import hashlib
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import NamedTuple
 
+from kankaku import controllers, railway
+from kankaku.analysis import tables
 from kankaku.analysis.tables.run_tables import run_tables
 from kankaku.analysis.tables.summary import summary_frame
 from kankaku.controllers.registry import build
@@ -14,7 +18,7 @@ from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.shipped import folder_of
-from kankaku.store.fingerprint import content_sha256, sources_sha256
+from kankaku.store.fingerprint import content_sha256
 from kankaku.studies.study import world_of
 from tools.sensitivity.assumptions import changed
 from tools.sensitivity.journal import Measured
@@ -45,6 +49,17 @@ def centre() -> Scenario:
     return load(folder_of("rush_hour"))
 
 
+def program_sha256() -> str:
+    """Return a digest of the sources that decide what a run finds, once its scenario is loaded."""
+    digest = hashlib.sha256()
+    for package in (controllers, railway, tables):
+        folder = Path(package.__path__[0])
+        for file in sorted(folder.rglob("*.py")):
+            digest.update(file.relative_to(folder).as_posix().encode() + b"\0")
+            digest.update(file.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
 def keys(tasks: list[Task]) -> dict[Task, str]:
     """
     Return what the result of each task depends on.
@@ -62,7 +77,7 @@ def keys(tasks: list[Task]) -> dict[Task, str]:
     scenarios = {task.places: "" for task in tasks}
     for places in scenarios:
         scenarios[places] = content_sha256(changed(centre(), places))
-    program = sources_sha256()
+    program = program_sha256()
     return {
         task: content_sha256((scenarios[task.places], STEP_S, task.seed, program)) for task in tasks
     }
