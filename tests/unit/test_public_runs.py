@@ -186,11 +186,12 @@ def test_what_was_found_southbound_holds_northbound_in_sum(legs: list[QuietLeg])
 def test_a_known_proportion_of_runs_is_found_again() -> None:
     line = straight_line({"a": 300.0, "b": 1500.0, "c": 3400.0, "d": 4500.0}, 5000.0)
     train, style = commuter_train(), DrivingStyle("level", driven_speeds=True)
+    top_mps = train.maximum_speed_mps
     ends_m = {station.id: station.chainage_m for station in line.stations}
     names = [station.id for station in line.stations]
     intervals = []
     for start, end in pairwise(names):
-        quickest_s = driven_s(line, train, style, (ends_m[start], ends_m[end]), 25.0)
+        quickest_s = driven_s(line, train, style, (ends_m[start], ends_m[end]), top_mps)
         intervals.append(Interval(start, end, SOUTHBOUND, QUIET, 9, 1.2 * quickest_s + 30.0, 1.0))
     for leg in quiet_legs(intervals, (line, train, style)):
         assert leg.dwell_s == 30
