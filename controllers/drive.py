@@ -119,7 +119,7 @@ class TractionDrive:
         self._calls_version = NO_VERSION
         self._drivers = Drivers(
             np.zeros(world.size),
-            np.zeros(world.size, dtype=np.bool_),
+            np.zeros(world.size),
             np.zeros(world.size, dtype=np.bool_),
             np.full(world.size, np.inf),
         )
@@ -170,7 +170,7 @@ def _command(
     bounds = np.zeros((N_BOUNDS, size))
     for train in range(size):
         if not trains.running[train]:
-            drivers.before_mps[train], drivers.coasts[train] = 0.0, False
+            drivers.before_mps[train], drivers.coasts_from_mps[train] = 0.0, 0.0
             continue
         speed, front_m = trains.speed_mps[train], trains.front_m[train]
         gained = speed - drivers.before_mps[train] if speed > 0.0 else 0.0
