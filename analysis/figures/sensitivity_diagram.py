@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from kankaku.analysis.figures.style import BOOKED, INK, colour, plain_frame, style
 
-NOISE = "#EFEFEF"
+NOISE = "#DDDDDD"
+BAR_HEIGHT = 0.5
 _LANES = ("all assumptions moved", "as assumed, other seeds", "as assumed")
 
 
@@ -20,9 +21,10 @@ class Moved(NamedTuple):
     title: str
     """With its unit."""
     effects: pd.DataFrame
-    """A row per assumption: ``assumption``, ``mu_star``, ``confidence_95``, ``sigma``."""
-    noise: float
-    """What ``mu_star`` would be if other seeds were all that differs. In the unit"""
+    """
+    A row per assumption: ``assumption``, ``mu_star``, ``confidence_95``, ``sigma``, and ``noise``,
+    what ``mu_star`` would be if the assumption did nothing in the mean of all seeds.
+    """
     design: Sequence[float]
     """The change at the points of the design. In the unit"""
     repeats: Sequence[float]
@@ -46,7 +48,7 @@ def sensitivity_figure(moved: Sequence[Moved], titles: Mapping[str, str]) -> Fig
     -------
     Figure
         Above, mean absolute effect (bar, with its 95 % confidence interval) and standard
-        deviation of the effects (ring); what lies in the grey band may be noise. Below, the
+        deviation of the effects (ring); what lies on grey may be noise. Below, the
         change at the points of the design, as assumed with other seeds, and as assumed.
     """
     order = moved[0].effects.sort_values("mu_star")["assumption"].tolist()
@@ -68,13 +70,12 @@ def _draw_effects(axes: Axes, one: Moved, order: Sequence[str]) -> None:
     own = one.effects.set_index("assumption").loc[list(order)]
     places = np.arange(len(order))
     plain_frame(axes)
-    if np.isfinite(one.noise):
-        axes.axvspan(0.0, one.noise, color=NOISE, zorder=0.5, label="may be noise of the seeds")
+    axes.barh(places, own["noise"], height=0.95, color=NOISE, label="may be noise of the seeds")
     axes.barh(
         places,
         own["mu_star"],
         xerr=own["confidence_95"],
-        height=0.6,
+        height=BAR_HEIGHT,
         color=colour(0),
         error_kw={"elinewidth": 0.8, "ecolor": INK},
         label="mean absolute effect (mu*)",

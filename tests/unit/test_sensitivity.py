@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from matplotlib.patches import Rectangle
 
-from kankaku.analysis.figures.sensitivity_diagram import Moved, sensitivity_figure
+from kankaku.analysis.figures.sensitivity_diagram import BAR_HEIGHT, Moved, sensitivity_figure
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.timetable import Call
 from kankaku.scenarios.loading.load import load
@@ -218,12 +218,25 @@ def test_a_design_moves_one_assumption_at_a_time_and_finds_what_moves_a_result()
     assert design.effects(names, places, results, 1)["mu_star"].isna().all()
 
 
-def test_noise_alone_has_the_effect_that_is_told_for_it() -> None:
+def test_seeds_alone_have_the_effect_that_is_told_for_them() -> None:
     design = pytest.importorskip("tools.sensitivity.design", reason="SALib is an extra")
-    places = np.tile(design.trajectories(["a", "b"], 5, 1), (80, 1))
-    results = np.random.default_rng(2).standard_normal(len(places))
-    told = design.effects(["a", "b"], places, results, 1)
-    assert told["mu_star"].to_numpy() == pytest.approx(design.NOISE_STEP, rel=0.12)
+    names = ["a", "b"]
+    places = np.tile(design.trajectories(names, 5, 1), (80, 1))
+    by_seed = np.random.default_rng(2).standard_normal((4, len(places)))
+    less = np.array([np.delete(by_seed, seed, axis=0).mean(axis=0) for seed in range(4)])
+    told = design.effects(names, places, by_seed.mean(axis=0), 1)
+    noise = design.seed_noise(names, places, less)
+    assert noise == pytest.approx(told["mu_star"].to_numpy(), rel=0.1)
+
+
+def test_what_seeds_change_alike_at_all_points_is_no_noise() -> None:
+    design = pytest.importorskip("tools.sensitivity.design", reason="SALib is an extra")
+    names = ["a", "b"]
+    places = design.trajectories(names, 3, 1)
+    less = 5.0 * places[:, 0] + np.array([[0.0], [700.0], [-90.0]])
+    assert design.seed_noise(names, places, less) == pytest.approx([0.0, 0.0], abs=1e-9)
+    less[0, :] = np.nan
+    assert np.isnan(design.seed_noise(names, places, less)).all()
 
 
 def made_effects(first: float) -> pd.DataFrame:
@@ -236,13 +249,14 @@ def made_effects(first: float) -> pd.DataFrame:
         "mu_star": star,
         "confidence_95": 0.1 * star,
         "sigma": 0.5 * star,
+        "noise": 2.5 * first,
     }
     return pd.DataFrame(columns)
 
 
 def test_the_figure_has_a_column_per_change_and_the_greatest_effect_on_top() -> None:
     moved = [
-        Moved(f"change {number}", made_effects(sign), 2.0, [-5.0, -1.0], [-3.0, -2.0], -2.5)
+        Moved(f"change {number}", made_effects(sign), [-5.0, -1.0], [-3.0, -2.0], -2.5)
         for number, sign in enumerate((10.0, 0.1))
     ]
     titles = {one.key: one.title for one in ASSUMPTIONS}
@@ -251,26 +265,23 @@ def test_the_figure_has_a_column_per_change_and_the_greatest_effect_on_top() -> 
     labels = [label.get_text() for label in figure.axes[0].get_yticklabels()]
     assert labels == [one.title for one in ASSUMPTIONS]
     drawn = [patch for patch in figure.axes[0].patches if isinstance(patch, Rectangle)]
-    bars = [bar for bar in drawn if bar.get_height() == 0.6]
+    bars = [bar for bar in drawn if bar.get_height() == BAR_HEIGHT]
     assert [bar.get_width() for bar in bars] == pytest.approx([10.0 * n for n in range(1, 11)])
     assert [np.size(line.get_xdata()) for line in figure.axes[2].lines[1:]] == [2, 2, 1]
 
 
 def test_tables_fit_a_terminal_and_name_every_assumption(rush_hour: Scenario) -> None:
     effects = {one.key: made_effects(40.0) for one in CHANGES}
-    noise = {one.key: 12.3 for one in CHANGES}
     design = conclusions([[pair(300.0)], [pair(-20.0)]])
     rows = ranges(design, design, conclusion([pair()]))
-    for text in (plain_effects(effects, noise), plain_ranges(rows)):
+    for text in (plain_effects(effects), plain_ranges(rows)):
         assert max(map(len, text.splitlines())) <= 80
-    lines = plain_effects(effects, noise).splitlines()
-    assert [line[:28].strip() for line in lines[1:-1]] == [
-        one.title for one in reversed(ASSUMPTIONS)
-    ]
-    assert lines[-1].split()[-1] == "12.30"
+    lines = plain_effects(effects).splitlines()
+    assert [line[:28].strip() for line in lines[1:]] == [one.title for one in reversed(ASSUMPTIONS)]
+    assert [line.endswith("*") for line in lines[1:]] == [False] * 8 + [True] * 2
     assert dict(rows)["of the points, less than 0"][0] == "1/2"
     assert dict(rows)["all assumptions moved"][0] == "-300..+20"
-    assert effects_table(effects, noise).count("\n") == len(ASSUMPTIONS) + 2
+    assert effects_table(effects).count("\n") == len(ASSUMPTIONS) + 1
     table = assumptions_table(rush_hour)
     assert all(one.title in table and one.reason in table for one in ASSUMPTIONS)
 

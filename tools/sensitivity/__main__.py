@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from kankaku.analysis.figures.sensitivity_diagram import Moved, sensitivity_figure
@@ -22,7 +23,7 @@ from kankaku.workers import performed
 from tools.sensitivity import texts
 from tools.sensitivity.assumptions import ASSUMPTIONS
 from tools.sensitivity.conclusion import BASE_STOPS, CHANGES, conclusions
-from tools.sensitivity.design import NOISE_STEP, effects, trajectories
+from tools.sensitivity.design import effects, seed_noise, trajectories
 from tools.sensitivity.journal import Journal
 from tools.sensitivity.points import Task, centre, keys, perform
 
@@ -84,7 +85,18 @@ def plan(trajectory_count: int, seed_count: int, repeat_count: int) -> Plan:
     return Plan(places, groups[0], tuple(groups[1:]))
 
 
-def run(planned: Plan, jobs: int, out: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
+class Findings(NamedTuple):
+    """What the runs say, as :func:`tools.sensitivity.conclusion.conclusions` tells it."""
+
+    points: pd.DataFrame
+    """Of the points of the design."""
+    without_a_seed: list[pd.DataFrame]
+    """The same without the first seed, without the second, and so on."""
+    repeats: pd.DataFrame
+    """Of the centre, the seeds of the design first."""
+
+
+def run(planned: Plan, jobs: int, out: Path) -> Findings:
     """
     Run what the journal does not know yet.
 
@@ -99,8 +111,8 @@ def run(planned: Plan, jobs: int, out: Path) -> tuple[pd.DataFrame, pd.DataFrame
 
     Returns
     -------
-    tuple[pd.DataFrame, pd.DataFrame]
-        Conclusions at the points of the design, and at the centre, its own seeds first.
+    Findings
+        What all runs say, those of the journal included.
     """
     journal = Journal(out / RUNS_FILE)
     tasks = [task for own in (*planned.repeats, *planned.points) for task in own]
@@ -112,13 +124,42 @@ def run(planned: Plan, jobs: int, out: Path) -> tuple[pd.DataFrame, pd.DataFrame
         if number % 10 == 0:
             sys.stderr.write(f"{number} of {len(left)} done\n")
     points, repeats = (
-        conclusions([[journal[key_of[task]] for task in own] for own in groups])
+        [[journal[key_of[task]] for task in own] for own in groups]
         for groups in (planned.points, planned.repeats)
     )
-    return points, repeats
+    without_a_seed = [
+        conclusions([[*runs[:seed], *runs[seed + 1 :]] for runs in points])
+        for seed in range(len(planned.seeds))
+    ]
+    return Findings(conclusions(points), without_a_seed, conclusions(repeats))
 
 
-def write(planned: Plan, points: pd.DataFrame, repeats: pd.DataFrame, out: Path) -> str:
+def effects_by_change(planned: Plan, findings: Findings) -> dict[str, pd.DataFrame]:
+    """
+    Return what each assumption does to each number of the conclusion.
+
+    Parameters
+    ----------
+    planned
+        What was run.
+    findings
+        What it says.
+
+    Returns
+    -------
+    dict[str, pd.DataFrame]
+        By key of the change: the effects, with ``noise``.
+    """
+    told = {}
+    for change in CHANGES:
+        results = findings.points[change.key].to_numpy()
+        less = np.array([own[change.key].to_numpy() for own in findings.without_a_seed])
+        noise = seed_noise(NAMES, planned.places, less)
+        told[change.key] = effects(NAMES, planned.places, results, DESIGN_SEED).assign(noise=noise)
+    return told
+
+
+def write(planned: Plan, findings: Findings, out: Path) -> str:
     """
     Write tables and figure.
 
@@ -126,7 +167,7 @@ def write(planned: Plan, points: pd.DataFrame, repeats: pd.DataFrame, out: Path)
     ----------
     planned
         What was run.
-    points, repeats
+    findings
         What it says.
     out
         Folder for the files.
@@ -136,17 +177,13 @@ def write(planned: Plan, points: pd.DataFrame, repeats: pd.DataFrame, out: Path)
     str
         What a terminal shows.
     """
-    told = {
-        one.key: effects(NAMES, planned.places, points[one.key].to_numpy(), DESIGN_SEED)
-        for one in CHANGES
-    }
-    noise = {one.key: NOISE_STEP * float(repeats[one.key].std(ddof=1)) for one in CHANGES}
+    told = effects_by_change(planned, findings)
+    points, repeats = findings.points, findings.repeats
     centre_row = {str(name): float(value) for name, value in repeats.iloc[0].items()}
     moved = [
         Moved(
             f"{one.title} [{one.unit}]",
             told[one.key],
-            noise[one.key],
             points[one.key].tolist(),
             repeats[one.key].tolist()[1:],
             centre_row[one.key],
@@ -161,7 +198,7 @@ def write(planned: Plan, points: pd.DataFrame, repeats: pd.DataFrame, out: Path)
     }
     _write_csv(pd.concat([pd.DataFrame(values), points], axis=1), out / "points.csv")
     _write_csv(repeats, out / "repeats.csv")
-    by_change = [own.assign(change=key, noise=noise[key]) for key, own in told.items()]
+    by_change = [own.assign(change=key) for key, own in told.items()]
     _write_csv(pd.concat(by_change), out / "effects.csv")
     rows = texts.ranges(points, repeats.iloc[1:], centre_row)
     count = len(planned.places) // (len(NAMES) + 1)
@@ -171,10 +208,14 @@ def write(planned: Plan, points: pd.DataFrame, repeats: pd.DataFrame, out: Path)
         f"Stop time under close_up: {points[BASE_STOPS].min():.0f} to "
         f"{points[BASE_STOPS].max():.0f} s; harmed runs: {int(points['harmed'].sum())}."
     )
-    tables = texts.effects_table(told, noise), texts.ranges_table(rows), size
-    write_whole(out / "effects.md", "\n\n".join(tables) + "\n")
-    write_whole(out / "assumptions.md", texts.assumptions_table(centre()) + "\n")
-    return "\n\n".join((texts.plain_effects(told, noise), texts.plain_ranges(rows), size)) + "\n"
+    tables = {
+        "assumptions": texts.assumptions_table(centre()),
+        "effects": texts.effects_table(told),
+        "conclusion": texts.ranges_table(rows) + "\n\n" + size,
+    }
+    for name, table in tables.items():
+        write_whole(out / f"{name}.md", table + "\n")
+    return "\n\n".join((texts.plain_effects(told), texts.plain_ranges(rows), size)) + "\n"
 
 
 def _write_csv(table: pd.DataFrame, file: Path) -> None:
@@ -197,18 +238,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     parser = argparse.ArgumentParser(prog="python -m tools.sensitivity", description=__doc__)
     parser.add_argument("--trajectories", type=int, default=10, help="two or more")
-    parser.add_argument("--seeds", type=int, default=3, help="seeds of each point")
-    parser.add_argument("--repeats", type=int, default=8, help="of the centre, two or more")
+    parser.add_argument("--seeds", type=int, default=3, help="of each point, two or more")
+    parser.add_argument("--repeats", type=int, default=8, help="of the centre")
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--out", type=Path, default=OUT, help="results folder")
     options = parser.parse_args(arguments)
-    for name, least in (("trajectories", 2), ("seeds", 1), ("repeats", 2), ("jobs", 1)):
+    for name, least in (("trajectories", 2), ("seeds", 2), ("repeats", 1), ("jobs", 1)):
         if getattr(options, name) < least:
             parser.error(f"--{name} is {getattr(options, name)}; allowed: {least} or more")
     options.out.mkdir(parents=True, exist_ok=True)
     planned = plan(options.trajectories, options.seeds, options.repeats)
-    points, repeats = run(planned, options.jobs, options.out)
-    sys.stdout.write(write(planned, points, repeats, options.out))
+    findings = run(planned, options.jobs, options.out)
+    sys.stdout.write(write(planned, findings, options.out))
     return 0
 
 

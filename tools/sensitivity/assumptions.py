@@ -191,7 +191,7 @@ ASSUMPTIONS = (
         "",
         0.75,
         1.25,
-        "fitted to one published figure of another line; delays were measured in Boston",
+        "fitted to one figure of an unnamed line; the spread published of Tokyo asks for less",
         _with_delay_factor,
         lambda _: 1.0,
     ),

@@ -10,6 +10,7 @@ from tools.paper_tables import markdown
 from tools.sensitivity.assumptions import ASSUMPTIONS
 from tools.sensitivity.conclusion import CHANGES, Change
 
+NO_MORE_THAN_NOISE = "*"
 LABEL_WIDTH, CELL_WIDTH = 28, 13
 HEADER = [f"{one.title} [{one.unit}]" for one in CHANGES]
 SHORT_HEADER = ["", *(f"{one.short} [{one.unit}]" for one in CHANGES)]
@@ -41,32 +42,31 @@ def assumptions_table(scenario: Scenario) -> str:
     return markdown(["assumption", "as assumed", "range", "why it is doubted"], rows)
 
 
-def effects_table(effects: Mapping[str, pd.DataFrame], noise: Mapping[str, float]) -> str:
+def effects_table(effects: Mapping[str, pd.DataFrame]) -> str:
     """
     Return the effects as a Markdown table.
 
     Parameters
     ----------
     effects
-        Effects by change, as :func:`tools.sensitivity.design.effects` tells them.
-    noise
-        Mean absolute effect of nothing but other seeds, by change.
+        By change, as :func:`tools.sensitivity.design.effects` tells them, with ``noise``.
 
     Returns
     -------
     str
-        Mean absolute effect and, in brackets, spread of the effects; greatest first.
+        Mean absolute effect and, in brackets, spread of the effects; greatest first. A star stands
+        beside an effect that is no greater than its noise.
     """
-    return markdown(["assumption", *HEADER], _effect_cells(effects, noise))
+    return markdown(["assumption", *HEADER], _effect_cells(effects))
 
 
-def plain_effects(effects: Mapping[str, pd.DataFrame], noise: Mapping[str, float]) -> str:
+def plain_effects(effects: Mapping[str, pd.DataFrame]) -> str:
     """
     Return the effects as text of 80 columns.
 
     Parameters
     ----------
-    effects, noise
+    effects
         As for :func:`effects_table`.
 
     Returns
@@ -74,7 +74,7 @@ def plain_effects(effects: Mapping[str, pd.DataFrame], noise: Mapping[str, float
     str
         Its lines, without a line feed at the end.
     """
-    rows = _effect_cells(effects, noise)
+    rows = _effect_cells(effects)
     return "\n".join(_line(cells) for cells in (SHORT_HEADER, *rows))
 
 
@@ -146,24 +146,25 @@ def plain_ranges(rows: Sequence[tuple[str, list[str]]]) -> str:
     )
 
 
-def _effect_cells(
-    effects: Mapping[str, pd.DataFrame], noise: Mapping[str, float]
-) -> list[list[str]]:
+def _effect_cells(effects: Mapping[str, pd.DataFrame]) -> list[list[str]]:
     by_change = {name: own.set_index("assumption") for name, own in effects.items()}
     order = by_change[CHANGES[0].key]["mu_star"].sort_values(ascending=False).index
     titles = {one.key: one.title for one in ASSUMPTIONS}
-    rows = [
+    return [
         [
             titles[name],
             *(
-                f"{_number(own.loc[name, 'mu_star'])} ({_number(own.loc[name, 'sigma'])})"
-                for own in (by_change[change.key] for change in CHANGES)
+                _effect(*by_change[change.key].loc[name, ["mu_star", "sigma", "noise"]])
+                for change in CHANGES
             ),
         ]
         for name in order
     ]
-    rows.append(["noise of the seeds", *(_number(noise[change.key]) for change in CHANGES)])
-    return rows
+
+
+def _effect(mu_star: float, sigma: float, noise: float) -> str:
+    star = " " if mu_star > noise else NO_MORE_THAN_NOISE
+    return f"{_number(mu_star)} ({_number(sigma)}){star}"
 
 
 def _number(value: float) -> str:
