@@ -120,6 +120,7 @@ class TractionDrive:
         self._drivers = Drivers(
             np.zeros(world.size),
             np.zeros(world.size),
+            np.zeros(world.size),
             np.zeros(world.size, dtype=np.bool_),
             np.full(world.size, np.inf),
         )
@@ -181,6 +182,9 @@ def _command(
         braked = min(speed - loss, pulled)
         hardest = min(speed - loss - able.emergency_extra_mps[train], pulled)
         downhill = able.braking.service_mps2[train] * able.step_s - loss
+        # What it would gain now with the same traction or brake: gravity is at once there.
+        gained += downhill - drivers.downhill_mps[train] if speed > 0.0 else 0.0
+        drivers.downhill_mps[train] = downhill
         if manner.rise_mps[train] < np.inf:
             rising, hard = rising_least_mps(manner, train, speed, gained, downhill)
             braked, hardest = max(braked, min(rising, pulled)), max(hardest, min(hard, pulled))

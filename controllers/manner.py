@@ -60,6 +60,8 @@ class Drivers(NamedTuple):
 
     before_mps: FloatArray
     """Speed a step ago. [m/s]"""
+    downhill_mps: FloatArray
+    """What the descent alone gave it in that step. [m/s]"""
     coasts_from_mps: FloatArray
     """The speed that was to be held when a train began to coast; 0 for who does not. [m/s]"""
     hurries: BoolArray
@@ -179,8 +181,8 @@ def eased_mps(
     train
         Its row.
     speeds_mps
-        Its speed, what it gained in the last step, the least speed after this one by its service
-        brake, and what it gains in a step on the descent without brake or traction. [m/s]
+        Its speed, what it gains with traction or brake as in the last step, the least speed
+        after this one by its service brake, and what the descent alone gives it in one. [m/s]
     manner
         How trains are driven.
 

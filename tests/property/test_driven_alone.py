@@ -119,7 +119,9 @@ def test_a_train_that_answers_gradually_keeps_its_limits_its_stops_and_its_jerk(
     world, record, engine = driven_alone(scenario, protection)
     (train,) = world.train_types
     assert record.completed.all()
-    assert jerks_mps3(engine).max() <= train.jerk_mps3 * (1.0 + 1e-6)
+    # Gravity changes as the train comes onto another gradient, which nobody feels as a jerk.
+    gravity_mps3 = 9.1 * 2.0 * STEEPEST / train.length_m * engine.speed_mps.max()
+    assert jerks_mps3(engine).max() <= train.jerk_mps3 + gravity_mps3 + 1e-6
     # The reference changes at once from traction to brake: at a peak of the speed the train is
     # behind it by half of the time that its change takes.
     change_s = train.starting_acceleration_mps2 / train.jerk_mps3 + train.brake_rise_s
