@@ -5,7 +5,7 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds terminals interval steps limits reserve losses fuzz kills mutants results docs clean
+.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds terminals interval steps limits reserve losses sensitivity fuzz kills mutants results docs clean
 
 # A target makes its results anew: after an edit of the program earlier runs are refused.
 rush-hour: $(READY)
@@ -86,6 +86,10 @@ reserve: $(READY)
 # What lost telegrams cost under the control map and under the moving block by radio.
 losses: $(READY)
 	$(BIN)/python -m tools.losses
+
+# Which doubtful assumption of the rush hour decides; goes on where it was ended.
+sensitivity: $(READY)
+	$(BIN)/python -m tools.sensitivity
 
 # Harmed scenario folders by the thousand: no traceback, no hang, no unsafe run.
 fuzz: $(READY)

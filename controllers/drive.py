@@ -13,6 +13,7 @@ from kankaku.controllers.manner import (
     manner_from,
     manner_of,
     own_ceiling_mps,
+    rising_least_mps,
 )
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
@@ -164,7 +165,7 @@ def _command(
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     trains, asked, stops = Whereabouts(*whereabouts), Asked(*asked_fields), Stops(*stop_fields)
     able, manner = _abilities(trains_fields[0]), manner_from(trains_fields[1])
-    drivers = Drivers(*driver_fields)
+    drivers, known = Drivers(*driver_fields), (able, manner)
     size = trains.speed_mps.size
     next_mps, bound = np.zeros(size), np.zeros(size, dtype=np.intp)
     bounds = np.zeros((N_BOUNDS, size))
@@ -173,57 +174,40 @@ def _command(
             drivers.before_mps[train], drivers.coasts_from_mps[train] = 0.0, 0.0
             continue
         speed, front_m = trains.speed_mps[train], trains.front_m[train]
+        gained = speed - drivers.before_mps[train] if speed > 0.0 else 0.0
+        drivers.before_mps[train] = speed
         loss = braking_loss_mps(able.braking, train, front_m, speed, able.step_s)
         pulled = pulled_mps(manner.ceiling.traction, train, front_m, speed)
-        motion = front_m, speed, loss, pulled
-        gained, downhill, braked, hardest = _reach_mps(able, manner, drivers, train, motion)
+        # On a climb that takes more than a net brake does, traction is all that there is.
+        braked = min(speed - loss, pulled)
+        hardest = min(speed - loss - able.emergency_extra_mps[train], pulled)
+        downhill = able.braking.service_mps2[train] * able.step_s - loss
+        # What it would gain now with the same traction or brake: gravity is at once there.
+        gained += downhill - drivers.downhill_mps[train] if speed > 0.0 else 0.0
+        drivers.downhill_mps[train] = downhill
+        if manner.rise_mps[train] < np.inf:
+            rising, hard = rising_least_mps(manner, train, speed, gained, downhill)
+            braked, hardest = max(braked, min(rising, pulled)), max(hardest, min(hard, pulled))
         if asked.emergency[train]:
             next_mps[train] = max(hardest, 0.0)
             bounds[:, train] = np.inf
             bounds[EMERGENCY, train] = next_mps[train]
             bound[train] = EMERGENCY
             continue
+        motion = front_m, speed, loss, pulled
         departs = speed == 0.0 and abs(front_m - stops.from_m[train]) < AT_STOP_M
         if departs and drivers.may_s[train] == np.inf:
             drivers.hurries[train] = now_s > stops.booked_s[train] + manner.late_after_s
-        _bound(bounds, train, motion, asked, stops, (able, manner), drivers)
+        _bound(bounds, train, motion, asked, stops, known, drivers)
         kept = max(bounds[LIMIT, train], hardest)
         wish = eased_mps(bounds[:, train], train, (speed, gained, braked, downhill), manner)
         next_mps[train] = max(min(wish, kept), 0.0)
-        eoa_m, eoa_by, stop_m = asked.eoa_m[train], asked.eoa_by[train], stops.stop_m[train]
-        bound[train] = _lowest(bounds[:, train], eoa_m, eoa_by, stop_m, able.far_m)
+        ends = asked.eoa_m[train], asked.eoa_by[train], stops.stop_m[train], able.far_m
+        bound[train] = _lowest(bounds[:, train], ends)
         may = departs and next_mps[train] > 0.0
-        if manner.reaction_s > 0.0 and not has_reacted(now_s, train, may, manner, drivers):
+        if not has_reacted(now_s, train, may, manner, drivers):
             next_mps[train], bound[train] = 0.0, STOP
     return next_mps, bounds, bound
-
-
-@compiled
-def _reach_mps(
-    able: Abilities, manner: Manner, drivers: Drivers, train: int, motion: Motion
-) -> tuple[float, float, float, float]:
-    """
-    Return what brakes can do in a step, and write down where that begins.
-
-    These are the speeds gained with traction or brake as in the last step, and on the descent
-    alone, and the least speeds after it by service and emergency brake.
-    """
-    _, speed, loss, pulled = motion
-    gained = speed - drivers.before_mps[train] if speed > 0.0 else 0.0
-    downhill = able.braking.service_mps2[train] * able.step_s - loss
-    # Gravity is at once there.
-    gained += downhill - drivers.downhill_mps[train] if speed > 0.0 else 0.0
-    drivers.before_mps[train], drivers.downhill_mps[train] = speed, downhill
-    # On a climb that takes more than a net brake does, traction is all that there is.
-    braked = min(speed - loss, pulled)
-    hardest = min(speed - loss - able.emergency_extra_mps[train], pulled)
-    if manner.rise_mps[train] < np.inf:
-        # Traction is gone by the jerk limit at the latest, and the brake rises from nothing.
-        unbraked = min(gained, downhill)
-        least = max(gained - manner.jerk_mps[train], unbraked - manner.rise_mps[train])
-        braked = max(braked, min(speed + least, pulled))
-        hardest = max(hardest, min(speed + unbraked - manner.hard_mps[train], pulled))
-    return gained, downhill, braked, hardest
 
 
 @compiled
@@ -281,13 +265,14 @@ def _to_end_mps(
 
 
 @compiled
-def _lowest(bounds_mps: FloatArray, eoa_m: float, eoa_by: int, stop_m: float, far_m: float) -> int:
+def _lowest(bounds_mps: FloatArray, ends: tuple[float, int, float, float]) -> int:
     """
     Return which bound a train's speed is told to be due to.
 
     Of bounds that are alike the nearer and harder one counts. Where nothing ends the way and
     where no stop is left, the brake curves lead to the ends of the tables only.
     """
+    eoa_m, eoa_by, stop_m, far_m = ends
     lowest = STOP if stop_m < far_m else CEILING
     for other in (CEILING, ADVICE, TRACTION):
         if bounds_mps[other] < bounds_mps[lowest]:

@@ -132,6 +132,39 @@ def manner_from(fields: Plain) -> Manner:
 
 
 @compiled
+def rising_least_mps(
+    manner: Manner, train: int, speed_mps: float, gained_mps: float, unbraked_mps: float
+) -> tuple[float, float]:
+    """
+    Return the least speeds after a step of a rising service and emergency brake.
+
+    For the service brake traction is gone by the jerk limit at the latest, for the emergency brake
+    at once; the brakes rise from nothing.
+
+    Parameters
+    ----------
+    manner
+        How trains are driven.
+    train
+        Row of the train.
+    speed_mps
+        Its speed. [m/s]
+    gained_mps
+        What it gained in the last step. [m/s]
+    unbraked_mps
+        What the gradient gives it in a step. [m/s]
+
+    Returns
+    -------
+    tuple[float, float]
+        With the service and the emergency brake. [m/s]
+    """
+    free = min(gained_mps, unbraked_mps)
+    gained = max(gained_mps - manner.jerk_mps[train], free - manner.rise_mps[train])
+    return speed_mps + gained, speed_mps + free - manner.hard_mps[train]
+
+
+@compiled
 def eased_mps(
     bounds_mps: FloatArray,
     train: int,

@@ -2,14 +2,16 @@
 Write the result tables of the documentation from ``out/``: ``make results``.
 
 Reads what the make targets ``rush-hour``, ``capacity``, ``radio``, ``availability``, ``sakai``,
-``takaoka``, ``seeds``, ``limits``, ``reserve``, ``losses``, ``steps``, ``interval`` and ``bench``
-left, and replaces the text between ``<!-- name -->`` and ``<!-- end -->``.
+``takaoka``, ``seeds``, ``limits``, ``reserve``, ``losses``, ``steps``, ``interval``,
+``sensitivity`` and ``bench`` left, and replaces the text between ``<!-- name -->`` and
+``<!-- end -->``.
 """
 
 import json
 import re
 import shutil
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +75,7 @@ FIGURES = {
     "atd_headway/speed_distance": "atd_headway",
     "losses/losses": "losses",
     "control_map/control_map/control_map": "control_map",
+    "sensitivity/sensitivity": "sensitivity",
 }
 """Figures of the documentation, by their places in ``out/``."""
 
@@ -334,6 +337,11 @@ def availability_table() -> str:
     return markdown(["", *(label_of(name) for name in table.index)], rows)
 
 
+def doubted(name: str) -> str:
+    """Return a table of the sensitivity study."""
+    return (OUT / "sensitivity" / f"{name}.md").read_text("utf-8").strip()
+
+
 def radio_speed() -> str:
     """Return how fast radio traffic is simulated."""
     figures = json.loads((OUT / "bench.json").read_text(encoding="utf-8"))
@@ -391,6 +399,8 @@ def main() -> None:
     _replace(results, "sakai", sakai_table)
     _replace(results, "bench", bench_table)
     _replace(model, "steps", steps_table)
+    for name in ("assumptions", "effects", "conclusion"):
+        _replace(PROJECT / "docs" / "sensitivity.md", f"doubted-{name}", partial(doubted, name))
     papers = PROJECT / "docs" / "papers.md"
     _replace(papers, "sakai", sakai_table)
     _replace(papers, "sato", sato_table)

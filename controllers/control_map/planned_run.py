@@ -52,6 +52,8 @@ class PlannedTrains(NamedTuple):
     booked_arrival_s: FloatArray
     booked_departure_s: FloatArray
     minimum_dwell_s: FloatArray
+    departure_lag_s: FloatArray
+    """From when a train may depart until it moves. [s], shape (n_trains,)"""
     leaves_at_stop: BoolArray
     """The train leaves the line at its last stop: nobody counts on that before it has."""
 
@@ -99,6 +101,7 @@ def trains_of(world: World, pace: Pace) -> PlannedTrains:
         world.booked_arrival_s,
         world.booked_departure_s,
         world.minimum_dwell_s,
+        world.departure_lag_s,
         world.leaves_at_stop,
     )
 
@@ -168,7 +171,8 @@ def run(
         time_s = task.now_s + step_s * moment
         if leaves_s < np.inf:
             stays = call + 1 == count and trains.leaves_at_stop[row]
-            if time_s - step_s >= leaves_s - 1e-6 and not stays:
+            moves_s = leaves_s + trains.departure_lag_s[row]
+            if time_s - step_s >= moves_s - 1e-6 and not stays:
                 leaves_s = np.inf
                 call += 1
                 stop_v2 = _stop_v2_m2ps2(trains, row, call)

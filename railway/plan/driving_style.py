@@ -51,6 +51,26 @@ class DrivingStyle:
         """Whether a train that is late is faster than one that is not."""
         return self.idles and self.late_after_s < float("inf")
 
+    def lag_s(self, train: TrainType) -> float:
+        """
+        Return from when a train may depart until full traction would have set it off.
+
+        The reaction, and half of the time in which the jerk limit lets the traction rise: a train
+        whose acceleration rises evenly is behind by half of that.
+
+        Parameters
+        ----------
+        train
+            What it can do.
+
+        Returns
+        -------
+        float
+            The time. [s]
+        """
+        rise_s = self.train(train).starting_acceleration_mps2 / train.jerk_mps3
+        return self.departure_reaction_s + 0.5 * rise_s
+
     def train(self, train: TrainType) -> TrainType:
         """
         Return a train as its drivers use it.

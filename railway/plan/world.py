@@ -149,16 +149,10 @@ class World:
 
     @cached_property
     def departure_lag_s(self) -> FloatArray:
-        """
-        From when each train may depart until full traction would have set it off. (n_trains,)
-
-        The reaction, and half of the time in which the jerk limit lets the traction rise: a train
-        whose acceleration rises evenly in a time is behind by half of it.
-        """
-        starting = np.array([kind.starting_acceleration_mps2 for kind in self.driven_types])
-        rise_s = starting[self.type_index] / self.of_type("jerk_mps3")
-        lag_s: FloatArray = self.reaction_s + 0.5 * rise_s
-        return lag_s
+        """From when each train may depart until full traction would have set it off. (n_trains,)"""
+        late_s = self.reaction_s - self.driving.departure_reaction_s
+        lag_s = np.array([self.driving.lag_s(kind) for kind in self.train_types])
+        return late_s + lag_s[self.type_index]
 
     def line_of(self, row: int) -> Line:
         """

@@ -11,11 +11,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from kankaku.railway.plan.driving_style import FASTEST, DrivingStyle
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.scenarios.checks.check_dwells import dwell_station_mistakes, unheld_mistakes
 from kankaku.scenarios.checks.check_line import line_mistakes
 from kankaku.scenarios.checks.line_tables import LineTables
+from kankaku.scenarios.loading.load_driving import read_driving
 from kankaku.scenarios.loading.load_line import read_line, to_line
 from kankaku.scenarios.loading.load_stock import read_stock, to_train_types
 from kankaku.scenarios.reading.dwell_rows import DwellRows
@@ -39,6 +41,7 @@ class Source:
     departures: Mapping[str, Mapping[str, int]]
     """Public departure minute by train and station. [min after midnight]"""
     dwell: DwellRows
+    driving: DrivingStyle = FASTEST
 
     def dwell_of(self, train: str, station: str) -> DwellStationRow:
         """
@@ -87,6 +90,7 @@ def read_source(folder: Path) -> Source:
     dwell = reader.csv(folder / "dwell_stations.csv", "timetable", DwellStationRow)
     reader.mistakes += line_mistakes(line)
     reader.mistakes += dwell_station_mistakes(dwell, line, list(stock.train) if stock else None)
+    driving = read_driving(reader, folder)
     public = _read_public(folder / PUBLIC_FILE, line, reader.mistakes)
     if stock is not None:
         reader.mistakes += _service_mistakes(services, dwell, public, list(stock.train))
@@ -98,6 +102,7 @@ def read_source(folder: Path) -> Source:
         type_of_train={row.train: row.train_type for row in services},
         departures={row.train: public[row.train] for row in services},
         dwell=DwellRows(dwell),
+        driving=driving,
     )
 
 

@@ -16,7 +16,7 @@ import csv
 import io
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from math import ceil
@@ -27,7 +27,9 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.sparse import coo_array
 
-from kankaku.railway.motion.run_curve import fastest_run
+from kankaku.railway.motion.run_curve import driven_along, way_between
+from kankaku.railway.plan.driving_style import DrivingStyle
+from kankaku.railway.plan.profile import NO_BUFFERS
 from kankaku.scenarios.loading.public_timetable import PUBLIC_FILE, Source, read_source
 
 CALLS_FILE = "calls.csv"
@@ -35,7 +37,7 @@ EXIT_BAD_INPUT = 2
 UNIT_S = 5
 """Working timetables of Japanese metropolitan lines are written in steps of 5 s. [s]"""
 RUN_ALLOWANCE = 1.03
-"""Least booked run time over the fastest. [-]"""
+"""Least booked run time over the fastest, if that is how trains are driven. [-]"""
 PLATFORM_INTERVAL_S = 60
 """Least booked time from a departure to the next arrival at the same platform track. [s]"""
 MERGE_INTERVAL_S = 60
@@ -117,39 +119,68 @@ class _Programme:
         return [int(time) for time in np.round(times)]
 
 
-def fastest_run_times(source: Source) -> dict[Leg, float]:
+def run_times(source: Source, driving: DrivingStyle, *, hurried: bool) -> dict[Leg, float]:
     """
-    Return the technically fastest run times.
+    Return the run times of trains that nobody hinders.
 
     Parameters
     ----------
     source
         Line, trains and public minutes.
+    driving
+        How they are driven.
+    hurried
+        Of trains that are late.
 
     Returns
     -------
     dict[Leg, float]
-        By train type, station of departure and station of arrival. [s]
+        From when a train may depart, by train type, station of departure and station of arrival.
+        [s]
     """
     stop_m = {platform.station: platform.stop_m for platform in source.line.platforms}
-    legs = {
+    line = driving.line(source.line, hurried=hurried)
+    band_mps = 0.0 if hurried else driving.coasting_band_mps
+    found = {}
+    for kind, start, end in sorted(_legs(source)):
+        train = source.train_types[kind]
+        ends_m = stop_m[start], stop_m[end]
+        way = way_between(line, driving.train(train), ends_m, (0.0, 0.0), NO_BUFFERS)
+        found[kind, start, end] = driving.lag_s(train) + driven_along(way, band_mps).run_time_s
+    return found
+
+
+def _legs(source: Source) -> set[Leg]:
+    return {
         (source.type_of_train[train], start, end)
         for train, minutes in source.departures.items()
         for start, end in pairwise(minutes)
     }
-    return {
-        (kind, start, end): fastest_run(
-            source.line, source.train_types[kind], stop_m[start], stop_m[end]
-        ).run_time_s
-        for kind, start, end in sorted(legs)
-    }
 
 
-def usual_run_times(
-    source: Source, least: Mapping[Leg, int], normal_run_s: Callable[[Leg], float] | None = None
-) -> dict[Leg, int]:
+def least_run_times(source: Source) -> dict[Leg, int]:
     """
-    Return the usual run times: those of normal driving, or those that the public minutes suggest.
+    Return the least booked run times.
+
+    Parameters
+    ----------
+    source
+        Line, trains, driving style and public minutes.
+
+    Returns
+    -------
+    dict[Leg, int]
+        Those of late trains in the style; a little above the fastest ones for the fastest style.
+        [units]
+    """
+    allowance = 1.0 if source.driving.lowers else RUN_ALLOWANCE
+    quickest = run_times(source, source.driving, hurried=True)
+    return {leg: ceil(allowance * run_s / UNIT_S) for leg, run_s in quickest.items()}
+
+
+def usual_run_times(source: Source, least: Mapping[Leg, int]) -> dict[Leg, int]:
+    """
+    Return the usual run times: those of the driving style, or those that public minutes suggest.
 
     The truncation of the minutes cancels in the mean over many trains: what remains of the
     mean interval between two departures after the mean booked dwell is the usual run time.
@@ -157,19 +188,18 @@ def usual_run_times(
     Parameters
     ----------
     source
-        Line, trains and public minutes.
+        Line, trains, driving style and public minutes.
     least
         Least run time by train type and stations. [units]
-    normal_run_s
-        Run time of a train that is driven as usual; the public minutes decide if nothing. [s]
 
     Returns
     -------
     dict[Leg, int]
         Usual run time, not below the least. [units]
     """
-    if normal_run_s is not None:
-        return {leg: max(round(normal_run_s(leg) / UNIT_S), least[leg]) for leg in least}
+    if source.driving.lowers:
+        usual_s = run_times(source, source.driving, hurried=False)
+        return {leg: max(round(usual_s[leg] / UNIT_S), least[leg]) for leg in least}
     spans: dict[Leg, list[int]] = {}
     dwells_s: dict[Leg, list[float]] = {}
     for train, minutes in source.departures.items():
@@ -184,18 +214,14 @@ def usual_run_times(
     return usual
 
 
-def reconstruct(source: Source, normal_run_s: Callable[[Leg], float] | None = None) -> str:
+def reconstruct(source: Source) -> str:
     """
     Return a timetable to the second.
 
     Parameters
     ----------
     source
-        Line, trains, dwell times and public minutes.
-    normal_run_s
-        Run time of a train that is driven as usual, which the booked runs are kept close to and
-        never below 1.03 times the fastest; if nothing, what the mean public interval leaves
-        beside the booked dwell. [s]
+        Line, trains, driving style, dwell times and public minutes.
 
     Returns
     -------
@@ -210,7 +236,7 @@ def reconstruct(source: Source, normal_run_s: Callable[[Leg], float] | None = No
     trains = _stops(source)
     stops = [stop for train in trains for stop in train]
     programme = _Programme(unknowns=2 * len(stops))
-    _add_runs(programme, source, trains, normal_run_s)
+    _add_runs(programme, source, trains)
     _add_dwells(programme, source, stops)
     _add_intervals(programme, stops)
     per_minute = 60 // UNIT_S
@@ -252,17 +278,9 @@ def _stops(source: Source) -> list[list[_Stop]]:
     return trains
 
 
-def _add_runs(
-    programme: _Programme,
-    source: Source,
-    trains: list[list[_Stop]],
-    normal_run_s: Callable[[Leg], float] | None,
-) -> None:
-    least = {
-        leg: ceil(RUN_ALLOWANCE * run_s / UNIT_S)
-        for leg, run_s in fastest_run_times(source).items()
-    }
-    usual = usual_run_times(source, least, normal_run_s)
+def _add_runs(programme: _Programme, source: Source, trains: list[list[_Stop]]) -> None:
+    least = least_run_times(source)
+    usual = usual_run_times(source, least)
     for stops in trains:
         for before, after in pairwise(stops):
             leg = (source.type_of_train[before.train], before.station, after.station)

@@ -37,6 +37,7 @@ KNOWN = (
     "dwell_stations.csv",
     "dwell_quantiles.csv",
     "public_timetable.csv",
+    "quiet_runs.csv",
     "public_intervals.csv",
 )
 """Every file that a command reads from a scenario folder, or a tool made one of them from."""

@@ -4,14 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from kankaku.railway.plan.driving_style import FASTEST
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.loading.public_timetable import read_source
-from kankaku.scenarios.loading.reconstruct import (
-    RUN_ALLOWANCE,
-    fastest_run_times,
-    main,
-    reconstruct,
-)
+from kankaku.scenarios.loading.reconstruct import UNIT_S, main, reconstruct, run_times
 from kankaku.scenarios.reading.units import whole_seconds
 from tests.unit.scenario_folder import replace, write_scenario
 
@@ -141,16 +137,35 @@ def test_a_dwell_is_booked_by_the_time_of_day(folder: Path) -> None:
     assert stays_s["B2", "middle"] == stays_s["C3", "middle"] == 45
 
 
-def test_booked_runs_are_those_of_normal_driving_and_never_below_the_least(folder: Path) -> None:
+STYLE = """
+schema_version = 1
+title = "Slow"
+seed = 1
+step_s = 0.1
+patience_min = 10.0
+driving = "slow"
+
+[driving_styles.slow]
+station_brake_kmhps = {brake_kmhps}
+departure_reaction_s = 3.0
+
+[controllers.close_up]
+protection = "moving_block"
+operation = "close_up"
+"""
+
+
+@pytest.mark.parametrize("brake_kmhps", [1.0, 2.0])
+def test_booked_runs_are_those_of_the_driving_style(folder: Path, brake_kmhps: float) -> None:
+    fastest_s = run_times(read_source(folder), FASTEST, hurried=True)["unit", "first", "middle"]
+    text = STYLE.format(brake_kmhps=brake_kmhps)
+    (folder / "scenario.toml").write_text(text, encoding="utf-8")
     source = read_source(folder)
-    legs = fastest_run_times(source)
-    fastest_s = legs["unit", "first", "middle"]
-    # As near as five seconds allow; the least is rounded up.
-    for normal_s, below_s, above_s in ((1.3 * fastest_s, -2.5, 2.5), (20.0, 0.0, 5.0)):
-        times = booked(reconstruct(source, dict.fromkeys(legs, normal_s).__getitem__))
-        run_s = times["A1", "middle"][0] - times["A1", "first"][1]
-        expected_s = max(normal_s, RUN_ALLOWANCE * fastest_s)
-        assert expected_s + below_s <= run_s <= expected_s + above_s
+    driven_s = run_times(source, source.driving, hurried=False)["unit", "first", "middle"]
+    assert driven_s > fastest_s + 3.0
+    times = booked(reconstruct(source))
+    run_s = times["A1", "middle"][0] - times["A1", "first"][1]
+    assert driven_s <= run_s < driven_s + UNIT_S
 
 
 def test_a_time_without_a_dwell_is_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,8 +9,8 @@ import pytest
 
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.scenarios.loading.load import load
+from tools.driven_speeds import driven_s, read_style
 from tools.yizhuang.__main__ import FOLDER, differing, line_texts, main, timetable_texts
-from tools.yizhuang.driving import driven_s, read_style
 from tools.yizhuang.line import SourceError, read_ttobench, source_tables
 from tools.yizhuang.timetable import RUN_ALLOWANCE, UNIT_S, leg_times, read_line_and_train
 
@@ -86,7 +86,7 @@ def test_driven_speeds_make_runs_as_long_as_booked_where_there_is_time() -> None
     for (start, end), leg in zip(pairwise(line.stations), times.values(), strict=True):
         ends_m = start.chainage_m, end.chainage_m
         speed_mps = kept_mps.get(ends_m[0], 80.0 / 3.6)
-        run_s = style.departure_reaction_s + driven_s(line, train_type, style, ends_m, speed_mps)
+        run_s = driven_s(line, train_type, style, ends_m, speed_mps)
         if ends_m[0] in kept_mps:
             assert leg.run_s - 3.0 <= run_s <= leg.run_s
         else:

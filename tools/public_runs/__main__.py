@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from kankaku.scenarios.loading.public_timetable import read_source
 from tools.public_runs.dwells import clock, peak_excesses, shares_of_peak, write_dwells
 from tools.public_runs.intervals import (
     day_periods,
@@ -14,10 +15,13 @@ from tools.public_runs.intervals import (
     read_trains,
     write_intervals,
 )
+from tools.public_runs.quiet import quiet_legs, read_quiet, write_quiet, write_speeds
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 INTERVALS_FILE = "public_intervals.csv"
 DWELLS_FILE = "dwell_stations.csv"
+QUIET_FILE = "quiet_runs.csv"
+SPEEDS_FILE = "driven_speeds.csv"
 
 
 def write_means(public: Path, folder: Path, target: Path) -> None:
@@ -61,7 +65,8 @@ def write_table(folder: Path, target: Path) -> None:
         The file.
     """
     intervals = read_intervals(folder / INTERVALS_FILE)
-    write_dwells(intervals, folder / DWELLS_FILE, target)
+    quiet = read_quiet(folder / QUIET_FILE)
+    write_dwells(intervals, quiet, folder / DWELLS_FILE, target)
     for excess in peak_excesses(intervals):
         errors = f"{excess.raw_s:6.1f} +- {excess.standard_error_s:4.1f} s"
         told = f"{errors}, smoothed {excess.smoothed_s:5.1f} s"
@@ -69,6 +74,31 @@ def write_table(folder: Path, target: Path) -> None:
     for share in shares_of_peak(intervals):
         told = f"{share.raw:5.2f} +- {share.standard_error:.2f}, smoothed {share.smoothed:5.2f}"
         sys.stdout.write(f"{clock(share.start_min)[:5]} {told} of the peak\n")
+
+
+def write_normal(folder: Path, target: Path) -> None:
+    """
+    Write normal runs and quiet dwells of a scenario, and what its trains are driven at.
+
+    Parameters
+    ----------
+    folder
+        Folder of the scenario, with public intervals and a driving style; ``driven_speeds.csv``
+        is written there.
+    target
+        File of the runs.
+    """
+    source = read_source(folder)
+    (train_type,) = source.train_types.values()
+    intervals = read_intervals(folder / INTERVALS_FILE)
+    legs = quiet_legs(intervals, (source.line, train_type, source.driving))
+    write_quiet(legs, target)
+    write_speeds(legs, source.line, folder / SPEEDS_FILE)
+    for leg in legs:
+        parts = f"{leg.run_s:5.1f} s at {leg.speed_kmh} km/h and {leg.dwell_s} s"
+        public = f"public {leg.public_s:5.1f} +- {leg.standard_error_s:4.1f} s"
+        told = f"{parts}, {public}: {leg.residual_s:+5.1f} s"
+        sys.stdout.write(f"{leg.direction} to {leg.to_station:20} {told}\n")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -86,7 +116,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit status.
     """
     parser = argparse.ArgumentParser(prog="python -m tools.public_runs", description=__doc__)
-    parser.add_argument("table", choices=("intervals", "dwells"))
+    parser.add_argument("table", choices=("intervals", "normal", "dwells"))
     parser.add_argument("target", type=Path, help="file to write")
     parser.add_argument("--folder", type=Path, default=SCENARIOS / "rush_hour", help="scenario")
     parser.add_argument(
@@ -98,6 +128,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     if options.table == "intervals":
         write_means(options.public, options.folder, options.target)
+    elif options.table == "normal":
+        write_normal(options.folder, options.target)
     else:
         write_table(options.folder, options.target)
     return 0

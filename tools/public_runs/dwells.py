@@ -1,8 +1,9 @@
 """
 Booked dwells by time of day, from public intervals.
 
-The quiet interval of a leg is a normal run and a quiet dwell. What the peak adds to it is taken
-as dwell of the station at its end. The rule stands in ``SOURCES.md`` of the scenario.
+The quiet interval of a leg is a normal run and a quiet dwell (:mod:`tools.public_runs.quiet`). What
+the peak adds to it is taken as dwell of the station at its end. The rule stands in ``SOURCES.md``
+of the scenario.
 """
 
 import csv
@@ -13,9 +14,8 @@ from pathlib import Path
 from statistics import fmean, variance
 
 from tools.public_runs.intervals import HALF_HOURS_MIN, PEAK, QUIET, SOUTHBOUND, Interval
+from tools.public_runs.quiet import QuietLeg
 
-QUIET_DWELL_S = 30
-"""Assumed of empty trains. [s]"""
 UNIT_S = 5
 RESERVE_S = 5
 """Booked dwell less the minimum. [s]"""
@@ -121,7 +121,9 @@ def _southbound(intervals: Sequence[Interval], period: str) -> dict[str, Interva
 
 
 def dwell_rows(
-    intervals: Sequence[Interval], today: Sequence[Mapping[str, str]]
+    intervals: Sequence[Interval],
+    quiet: Sequence[QuietLeg],
+    today: Sequence[Mapping[str, str]],
 ) -> Iterator[tuple[str, ...]]:
     """
     Yield the rows of ``dwell_stations.csv``.
@@ -130,6 +132,8 @@ def dwell_rows(
     ----------
     intervals
         Public intervals.
+    quiet
+        Quiet dwells.
     today
         A row for each station: its factor on the delays is kept, and the whole row of a station
         at which no interval ends.
@@ -141,6 +145,7 @@ def dwell_rows(
     """
     found = {excess.station: excess for excess in peak_excesses(intervals)}
     shares = shares_of_peak(intervals)
+    quiet_s = {leg.to_station: leg.dwell_s for leg in quiet if leg.direction == SOUTHBOUND}
     factors = {row["station"]: row["delay_scale"] for row in today}
     kept = {row["station"]: row for row in today}
     for station, factor in factors.items():
@@ -148,18 +153,20 @@ def dwell_rows(
             row = kept[station]
             yield station, "", "", row["minimum_dwell_s"], row["booked_dwell_s"], factor
             continue
-        smoothed_s = found[station].smoothed_s
-        booked_s = {share.start_min: _booked_s(smoothed_s * share.smoothed) for share in shares}
+        smoothed_s, least_s = found[station].smoothed_s, quiet_s[station]
+        booked_s = {
+            share.start_min: _booked_s(least_s, smoothed_s * share.smoothed) for share in shares
+        }
         for dwell_s, starts in groupby(booked_s, key=booked_s.__getitem__):
             along = list(starts)
-            if dwell_s != QUIET_DWELL_S:
+            if dwell_s != least_s:
                 times = clock(along[0]), clock(along[-1] + HALF_HOURS_MIN.step)
                 yield station, *times, str(dwell_s - RESERVE_S), str(dwell_s), factor
-        yield station, "", "", str(QUIET_DWELL_S - RESERVE_S), str(QUIET_DWELL_S), factor
+        yield station, "", "", str(least_s - RESERVE_S), str(least_s), factor
 
 
-def _booked_s(excess_s: float) -> int:
-    return UNIT_S * round((QUIET_DWELL_S + max(excess_s, 0.0)) / UNIT_S)
+def _booked_s(quiet_s: int, excess_s: float) -> int:
+    return UNIT_S * round((quiet_s + max(excess_s, 0.0)) / UNIT_S)
 
 
 def clock(minute: int) -> str:
@@ -179,7 +186,9 @@ def clock(minute: int) -> str:
     return f"{minute // 60:02d}:{minute % 60:02d}:00"
 
 
-def write_dwells(intervals: Sequence[Interval], today: Path, target: Path) -> None:
+def write_dwells(
+    intervals: Sequence[Interval], quiet: Sequence[QuietLeg], today: Path, target: Path
+) -> None:
     """
     Write ``dwell_stations.csv``.
 
@@ -187,6 +196,8 @@ def write_dwells(intervals: Sequence[Interval], today: Path, target: Path) -> No
     ----------
     intervals
         Public intervals.
+    quiet
+        Quiet dwells.
     today
         The table whose factors on the delays are kept.
     target
@@ -197,4 +208,4 @@ def write_dwells(intervals: Sequence[Interval], today: Path, target: Path) -> No
     with target.open("w", encoding="utf-8", newline="") as file:
         written = csv.writer(file, lineterminator="\n")
         written.writerow(HEADING)
-        written.writerows(dwell_rows(intervals, list(rows.values())))
+        written.writerows(dwell_rows(intervals, quiet, list(rows.values())))
