@@ -174,27 +174,16 @@ def _command(
             drivers.before_mps[train], drivers.coasts_from_mps[train] = 0.0, 0.0
             continue
         speed, front_m = trains.speed_mps[train], trains.front_m[train]
-        gained = speed - drivers.before_mps[train] if speed > 0.0 else 0.0
-        drivers.before_mps[train] = speed
         loss = braking_loss_mps(able.braking, train, front_m, speed, able.step_s)
         pulled = pulled_mps(manner.ceiling.traction, train, front_m, speed)
-        # On a climb that takes more than a net brake does, traction is all that there is.
-        braked = min(speed - loss, pulled)
-        hardest = min(speed - loss - able.emergency_extra_mps[train], pulled)
-        downhill = able.braking.service_mps2[train] * able.step_s - loss
-        # What it would gain now with the same traction or brake: gravity is at once there.
-        gained += downhill - drivers.downhill_mps[train] if speed > 0.0 else 0.0
-        drivers.downhill_mps[train] = downhill
-        if manner.rise_mps[train] < np.inf:
-            rising, hard = rising_least_mps(manner, train, speed, gained, downhill)
-            braked, hardest = max(braked, min(rising, pulled)), max(hardest, min(hard, pulled))
+        motion = front_m, speed, loss, pulled
+        gained, downhill, braked, hardest = _reach_mps((able, manner), drivers, train, motion)
         if asked.emergency[train]:
             next_mps[train] = max(hardest, 0.0)
             bounds[:, train] = np.inf
             bounds[EMERGENCY, train] = next_mps[train]
             bound[train] = EMERGENCY
             continue
-        motion = front_m, speed, loss, pulled
         departs = speed == 0.0 and abs(front_m - stops.from_m[train]) < AT_STOP_M
         if departs and drivers.may_s[train] == np.inf:
             drivers.hurries[train] = now_s > stops.booked_s[train] + manner.late_after_s
@@ -208,6 +197,31 @@ def _command(
         if not has_reacted(now_s, train, may, manner, drivers):
             next_mps[train], bound[train] = 0.0, STOP
     return next_mps, bounds, bound
+
+
+@compiled
+def _reach_mps(
+    known: tuple[Abilities, Manner], drivers: Drivers, train: int, motion: Motion
+) -> tuple[float, float, float, float]:
+    """
+    Return what brakes can do in a step, and write down where that begins.
+
+    These are the speeds gained with traction or brake as in the last step, and on the descent
+    alone, and the least speeds after it by service and emergency brake.
+    """
+    (able, manner), (_, speed, loss, pulled) = known, motion
+    gained = speed - drivers.before_mps[train] if speed > 0.0 else 0.0
+    downhill = able.braking.service_mps2[train] * able.step_s - loss
+    # Gravity is at once there.
+    gained += downhill - drivers.downhill_mps[train] if speed > 0.0 else 0.0
+    drivers.before_mps[train], drivers.downhill_mps[train] = speed, downhill
+    # On a climb that takes more than a net brake does, traction is all that there is.
+    braked = min(speed - loss, pulled)
+    hardest = min(speed - loss - able.emergency_extra_mps[train], pulled)
+    if manner.rise_mps[train] < np.inf:
+        rising, hard = rising_least_mps(manner, train, speed, gained, downhill)
+        braked, hardest = max(braked, min(rising, pulled)), max(hardest, min(hard, pulled))
+    return gained, downhill, braked, hardest
 
 
 @compiled
