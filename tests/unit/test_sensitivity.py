@@ -278,7 +278,7 @@ def test_tables_fit_a_terminal_and_name_every_assumption(rush_hour: Scenario) ->
         assert max(map(len, text.splitlines())) <= 80
     lines = plain_effects(effects).splitlines()
     assert [line[:28].strip() for line in lines[1:]] == [one.title for one in reversed(ASSUMPTIONS)]
-    assert [line.endswith("*") for line in lines[1:]] == [False] * 8 + [True] * 2
+    assert ["*" in line for line in lines[1:]] == [False] * 8 + [True] * 2
     assert dict(rows)["of the points, less than 0"][0] == "1/2"
     assert dict(rows)["all assumptions moved"][0] == "-300..+20"
     assert effects_table(effects).count("\n") == len(ASSUMPTIONS) + 1
