@@ -119,7 +119,8 @@ class TractionDrive:
         self._calls_version = NO_VERSION
         self._drivers = Drivers(
             np.zeros(world.size),
-            np.zeros(world.size, dtype=np.bool_),
+            np.zeros(world.size),
+            np.zeros(world.size),
             np.zeros(world.size, dtype=np.bool_),
             np.full(world.size, np.inf),
         )
@@ -170,7 +171,7 @@ def _command(
     bounds = np.zeros((N_BOUNDS, size))
     for train in range(size):
         if not trains.running[train]:
-            drivers.before_mps[train], drivers.coasts[train] = 0.0, False
+            drivers.before_mps[train], drivers.coasts_from_mps[train] = 0.0, 0.0
             continue
         speed, front_m = trains.speed_mps[train], trains.front_m[train]
         gained = speed - drivers.before_mps[train] if speed > 0.0 else 0.0
@@ -181,6 +182,9 @@ def _command(
         braked = min(speed - loss, pulled)
         hardest = min(speed - loss - able.emergency_extra_mps[train], pulled)
         downhill = able.braking.service_mps2[train] * able.step_s - loss
+        # What it would gain now with the same traction or brake: gravity is at once there.
+        gained += downhill - drivers.downhill_mps[train] if speed > 0.0 else 0.0
+        drivers.downhill_mps[train] = downhill
         if manner.rise_mps[train] < np.inf:
             rising, hard = rising_least_mps(manner, train, speed, gained, downhill)
             braked, hardest = max(braked, min(rising, pulled)), max(hardest, min(hard, pulled))

@@ -23,6 +23,8 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Bound
 
 ROUNDING_S = 1e-6
+FASTER_MPS = 0.1
+"""Drivers take no notice of less. [m/s]"""
 CEILING, ADVICE = int(Bound.CEILING), int(Bound.ADVICE)
 
 
@@ -58,7 +60,10 @@ class Drivers(NamedTuple):
 
     before_mps: FloatArray
     """Speed a step ago. [m/s]"""
-    coasts: BoolArray
+    downhill_mps: FloatArray
+    """What the descent alone gave it in that step. [m/s]"""
+    coasts_from_mps: FloatArray
+    """The speed that was to be held when a train began to coast; 0 for who does not. [m/s]"""
     hurries: BoolArray
     """Who departed late."""
     may_s: FloatArray
@@ -176,8 +181,8 @@ def eased_mps(
     train
         Its row.
     speeds_mps
-        Its speed, what it gained in the last step, the least speed after this one by its service
-        brake, and what it gains in a step on the descent without brake or traction. [m/s]
+        Its speed, what it gains with traction or brake as in the last step, the least speed
+        after this one by its service brake, and what the descent alone gives it in one. [m/s]
     manner
         How trains are driven.
 
@@ -301,10 +306,15 @@ def coasts(
         Whether the train is without traction in this step.
     """
     speed, pulled = speeds_mps
-    if drivers.coasts[train]:
-        drivers.coasts[train] = speed >= held_mps - manner.band_mps
-        return bool(drivers.coasts[train])
-    drivers.coasts[train] = pulled >= held_mps
+    from_mps = drivers.coasts_from_mps[train]
+    if from_mps > 0.0:
+        # Where a train may run faster it speeds up.
+        if speed < held_mps - manner.band_mps or held_mps > from_mps + FASTER_MPS:
+            drivers.coasts_from_mps[train] = 0.0
+            return False
+        drivers.coasts_from_mps[train] = min(from_mps, held_mps)
+        return True
+    drivers.coasts_from_mps[train] = held_mps if pulled >= held_mps else 0.0
     return False
 
 

@@ -23,6 +23,8 @@ QUICK = settings(max_examples=12, deadline=None, suppress_health_check=[HealthCh
 STEEPEST = 0.018
 HALTING_MPS = 0.1
 STOP_TOLERANCE_M = 0.3
+COASTING_S = 1.0
+"""Whether a train speeds up once more before a stop may depend on a step. [s]"""
 PROTECTIONS = st.sampled_from(
     ["moving_block", "relative_braking", "atd", "digital_atc", "multi_step_atc"]
 )
@@ -88,10 +90,13 @@ def test_in_any_style_a_train_alone_is_late_by_nobody_else(
     world, record, _ = driven_alone(scenario, protection)
     by_others_s = late_by_others_s(world, record)
     calls = np.arange(1, world.call_count[0])
-    assert np.all(by_others_s <= scenario.step_s * calls + 1e-6)
-    assert np.all(by_others_s >= -(scenario.step_s + halting_s(world)) * calls - 1e-6)
+    coasts = scenario.driving.coasting_band_mps > 0.0
+    late_s = scenario.step_s + (COASTING_S if coasts else 0.0)
+    assert np.all(by_others_s <= late_s * calls + 1e-6)
+    early_s = scenario.step_s + halting_s(world) + (COASTING_S if coasts else 0.0)
+    assert np.all(by_others_s >= -early_s * calls - 1e-6)
     style, line = scenario.driving, scenario.line
-    if style.coasting_band_mps > 0.0:
+    if coasts:
         return
     train = style.train(world.train_types[0])
     for call in calls.tolist():
@@ -114,15 +119,18 @@ def test_a_train_that_answers_gradually_keeps_its_limits_its_stops_and_its_jerk(
     world, record, engine = driven_alone(scenario, protection)
     (train,) = world.train_types
     assert record.completed.all()
-    assert jerks_mps3(engine).max() <= train.jerk_mps3 * (1.0 + 1e-6)
+    # Gravity changes as the train comes onto another gradient, which nobody feels as a jerk.
+    gravity_mps3 = 9.1 * 2.0 * STEEPEST / train.length_m * engine.speed_mps.max()
+    assert jerks_mps3(engine).max() <= train.jerk_mps3 + gravity_mps3 + 1e-6
     # The reference changes at once from traction to brake: at a peak of the speed the train is
     # behind it by half of the time that its change takes.
     change_s = train.starting_acceleration_mps2 / train.jerk_mps3 + train.brake_rise_s
     peaks = 1 + 2 * len(scenario.line.limits)
     calls = np.arange(1, world.call_count[0])
     by_others_s = late_by_others_s(world, record)
-    assert np.all(by_others_s <= (scenario.step_s + 0.5 * peaks * change_s) * calls + 1e-6)
-    assert np.all(by_others_s >= -(scenario.step_s + halting_s(world)) * calls - 1e-6)
+    assert np.all(by_others_s <= (scenario.step_s + 0.5 * peaks * change_s) * calls + COASTING_S)
+    early_s = scenario.step_s + halting_s(world) + COASTING_S
+    assert np.all(by_others_s >= -early_s * calls)
 
 
 def jerks_mps3(engine: Observed) -> np.ndarray:

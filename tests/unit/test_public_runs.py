@@ -1,21 +1,35 @@
 """Intervals of the public timetable by time of day, and the dwells that are booked from them."""
 
-import csv
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from kankaku.railway.plan.driving_style import DrivingStyle
+from kankaku.scenarios.loading.public_timetable import read_source
 from kankaku.scenarios.shipped import folder_of
+from kankaku.testing.example_lines import commuter_train, straight_line
+from tools.driven_speeds import driven_s
 from tools.public_runs.__main__ import main
 from tools.public_runs.dwells import dwell_rows, peak_excesses, shares_of_peak
 from tools.public_runs.intervals import (
+    NORTHBOUND,
+    QUIET,
+    SOUTHBOUND,
     Interval,
     PublicTrain,
     day_periods,
     mean_and_error_s,
     mean_intervals,
     read_intervals,
+)
+from tools.public_runs.quiet import (
+    QuietLeg,
+    quiet_legs,
+    read_quiet,
+    write_quiet,
+    write_speeds,
 )
 
 RUSH_HOUR = folder_of("rush_hour")
@@ -104,28 +118,81 @@ def test_half_hours_have_their_share_of_the_peak() -> None:
     assert [share.smoothed for share in shares] == pytest.approx([0.0] + [1.0] * 6)
 
 
+def quiet_leg(start: str, end: str, dwell_s: int) -> QuietLeg:
+    return QuietLeg(start, end, SOUTHBOUND, 100.0 + dwell_s, 1.0, dwell_s, 80.0, 60, 100.0, 0.0)
+
+
 def test_booked_dwells_are_the_quiet_one_and_what_the_peak_adds() -> None:
     today = [
         {"station": name, "minimum_dwell_s": "7", "booked_dwell_s": "9", "delay_scale": "1.5"}
         for name in ("before", "a", "b", "c")
     ]
-    assert list(dwell_rows(example({"a": 0.0, "b": 10.0, "c": 20.0}, 0.0), today)) == [
+    quiet = [quiet_leg("before", "a", 30), quiet_leg("a", "b", 20), quiet_leg("b", "c", 45)]
+    assert list(dwell_rows(example({"a": 0.0, "b": 10.0, "c": 20.0}, 0.0), quiet, today)) == [
         ("before", "", "", "7", "9", "1.5"),
         ("a", "", "", "25", "30", "1.5"),
-        ("b", "06:30:00", "09:30:00", "35", "40", "1.5"),
-        ("b", "", "", "25", "30", "1.5"),
-        ("c", "06:30:00", "09:30:00", "45", "50", "1.5"),
-        ("c", "", "", "25", "30", "1.5"),
+        ("b", "06:30:00", "09:30:00", "25", "30", "1.5"),
+        ("b", "", "", "15", "20", "1.5"),
+        ("c", "06:30:00", "09:30:00", "60", "65", "1.5"),
+        ("c", "", "", "40", "45", "1.5"),
     ]
 
 
-def test_the_dwells_of_the_rush_hour_are_longest_in_its_peak(
+def test_the_shipped_dwells_are_booked_by_the_rule(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["dwells", str(tmp_path / "dwells.csv")]) == 0
     assert "akabane" in capsys.readouterr().out
-    with (tmp_path / "dwells.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    booked = {(row["station"], row["from_time"]): int(row["booked_dwell_s"]) for row in rows}
-    assert booked["akabane", "06:30:00"] > booked["akabane", ""] == 30
-    assert len({row["station"] for row in rows}) == 15
+    again = (tmp_path / "dwells.csv").read_bytes()
+    assert again == (RUSH_HOUR / "dwell_stations.csv").read_bytes()
+
+
+@pytest.fixture(scope="module")
+def legs() -> list[QuietLeg]:
+    source = read_source(RUSH_HOUR)
+    (train_type,) = source.train_types.values()
+    driven = source.line, train_type, source.driving
+    return quiet_legs(read_intervals(RUSH_HOUR / "public_intervals.csv"), driven)
+
+
+def test_the_shipped_driven_speeds_are_those_of_the_quiet_hours(
+    legs: list[QuietLeg], tmp_path: Path
+) -> None:
+    write_speeds(legs, read_source(RUSH_HOUR).line, tmp_path / "speeds.csv")
+    write_quiet(legs, tmp_path / "quiet.csv")
+    for again, shipped in (("speeds.csv", "driven_speeds.csv"), ("quiet.csv", "quiet_runs.csv")):
+        assert (tmp_path / again).read_bytes() == (RUSH_HOUR / shipped).read_bytes()
+    assert read_quiet(tmp_path / "quiet.csv") == legs
+
+
+def test_normal_runs_and_quiet_dwells_are_as_long_as_public_intervals(
+    legs: list[QuietLeg],
+) -> None:
+    south = [leg for leg in legs if leg.direction == SOUTHBOUND]
+    assert len(south) == 14
+    for leg in south:
+        assert leg.run_s + leg.dwell_s == pytest.approx(leg.public_s, abs=3.0)
+        assert leg.quickest_s <= leg.run_s
+        assert 15 <= leg.dwell_s <= 60
+
+
+def test_what_was_found_southbound_holds_northbound_in_sum(legs: list[QuietLeg]) -> None:
+    north = [leg for leg in legs if leg.direction == NORTHBOUND]
+    assert len(north) == 13
+    public_s = sum(leg.public_s for leg in north)
+    assert sum(leg.run_s + leg.dwell_s for leg in north) == pytest.approx(public_s, rel=0.02)
+
+
+def test_a_known_proportion_of_runs_is_found_again() -> None:
+    line = straight_line({"a": 300.0, "b": 1500.0, "c": 3400.0, "d": 4500.0}, 5000.0)
+    train, style = commuter_train(), DrivingStyle("level", driven_speeds=True)
+    top_mps = train.maximum_speed_mps
+    ends_m = {station.id: station.chainage_m for station in line.stations}
+    names = [station.id for station in line.stations]
+    intervals = []
+    for start, end in pairwise(names):
+        quickest_s = driven_s(line, train, style, (ends_m[start], ends_m[end]), top_mps)
+        intervals.append(Interval(start, end, SOUTHBOUND, QUIET, 9, 1.2 * quickest_s + 30.0, 1.0))
+    for leg in quiet_legs(intervals, (line, train, style)):
+        assert leg.dwell_s == 30
+        assert leg.run_s == pytest.approx(1.2 * leg.quickest_s, abs=1.5)

@@ -10,6 +10,9 @@ POINT_MACHINE = "railway/wayside/point_machine.py"
 LEVEL_CROSSING = "railway/wayside/level_crossing.py"
 LOOKING = "railway/wayside/looking.py"
 DRIVE = "controllers/drive.py"
+STOCK = "scenarios/binding/rolling_stock.toml"
+EMERGENCY_BRAKE = "emergency_brake_kmhps = 4.0"
+BUILDS_UP = "rising_speed_mps(speed + over, room, (loss, lag), manner.rise_mps[train])"
 MOVING_BLOCK = "controllers/protection/moving_block.py"
 OVER_RADIO = "controllers/centre/over_radio.py"
 CONTROL_MAP = "controllers/control_map/map_protection.py"
@@ -345,6 +348,12 @@ MUTANTS: tuple[Mutant, ...] = (
             ),
         )
         for name, times in (("10 % too hard", 1.1), ("harder than in emergency", 1.6))
+    ),
+    _mutant(
+        "drive forgets that the brake builds up",
+        "moving",
+        (STOCK, f"{EMERGENCY_BRAKE}\n", f"{EMERGENCY_BRAKE}\nbrake_build_up_s = 3.0\n"),
+        (DRIVE, BUILDS_UP, BUILDS_UP.replace("manner.rise_mps[train]", "np.inf")),
     ),
     _mutant(
         "ATC without idle time",
