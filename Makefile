@@ -5,7 +5,7 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds terminals interval steps limits reserve losses sensitivity fuzz kills mutants results docs clean
+.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds ways yizhuang terminals interval driving steps limits reserve losses sensitivity fuzz kills mutants results docs clean
 
 # A target makes its results anew: after an edit of the program earlier runs are refused.
 rush-hour: $(READY)
@@ -59,13 +59,26 @@ contracts: $(READY)
 bench: $(READY)
 	$(BIN)/python -m tools.bench
 
-# Twenty seeds of every controller, for means and confidence intervals; goes on where it was ended.
+# Forty mornings on two lines, for means and confidence intervals; goes on where it was ended.
 seeds: $(READY)
-	$(BIN)/python run.py scenarios/rush_hour --seeds 20 --out out/seeds
+	$(BIN)/python run.py across scenarios/rush_hour scenarios/yizhuang --seeds 40 --step 0.5 \
+		--controller close_up --controller two_stage --out out/seeds
+
+# Ten mornings under every controller; goes on where it was ended.
+ways: $(READY)
+	$(BIN)/python run.py scenarios/rush_hour --seeds 10 --step 0.5 --out out/ways
+
+# The second line under every controller.
+yizhuang: $(READY)
+	$(BIN)/python run.py scenarios/yizhuang --fresh
 
 # How close trains can turn back at a terminal, by the number of its platform tracks.
 terminals: $(READY)
 	$(BIN)/python -m tools.terminals
+
+# Time and energy of ways of driving; writes out/driving.md.
+driving: $(READY)
+	$(BIN)/python -m tools.driving_energy
 
 # From a departure to the next arrival at Akabane, beside what was measured; writes out/station_interval.md.
 interval: $(READY)

@@ -2,8 +2,9 @@
 Write the result tables of the documentation from ``out/``: ``make results``.
 
 Reads what the make targets ``rush-hour``, ``capacity``, ``radio``, ``availability``, ``sakai``,
-``takaoka``, ``seeds``, ``limits``, ``reserve``, ``losses``, ``steps``, ``interval``,
-``sensitivity`` and ``bench`` left, and replaces the text between ``<!-- name -->`` and
+``takaoka``, ``seeds``, ``ways``, ``yizhuang``, ``limits``, ``reserve``, ``losses``, ``steps``,
+``interval``, ``driving``, ``sensitivity`` and ``bench`` left, and replaces the text between
+``<!-- name -->`` and
 ``<!-- end -->``.
 """
 
@@ -49,6 +50,9 @@ PRINTED = (
 """Indicators in README.md."""
 SHORT = ("close_up", "two_stage", "control_map", "atc")
 """Controllers in README.md."""
+SATO = ("close_up", "two_stage")
+CARRIED = ("close_up", "two_stage", "control_map", "d_atc", "atc")
+"""Controllers of the second line."""
 PLAIN = ("close_up", "two_stage", "two_stage_plain", "approach_point")
 MAPPED = ("close_up", "two_stage", "control_map")
 EXCLUSIVE = ("close_up_exclusive", "approach_point_exclusive")
@@ -379,20 +383,25 @@ def main() -> None:
     readme = PROJECT / "README.md"
     _replace(readme, "printed", lambda: comparison_table(OUT / "rush_hour", SHORT, PRINTED))
     _replace(results, "own-seed", lambda: comparison_table(OUT / "rush_hour", PLAIN))
-    seeds = OUT / "seeds" / "rush_hour"
-    _replace(results, "seeds", lambda: comparison_table(seeds, PLAIN))
-    _replace(results, "exclusive", lambda: comparison_table(seeds, EXCLUSIVE))
-    _replace(results, "protections", lambda: comparison_table(seeds, PROTECTED))
+    for line in ("rush_hour", "yizhuang"):
+        seeds = OUT / "seeds" / line
+        _replace(results, f"seeds-{line}", partial(comparison_table, seeds, SATO))
+    ways = OUT / "ways" / "rush_hour"
+    _replace(results, "ways", lambda: comparison_table(ways, PLAIN))
+    _replace(results, "exclusive", lambda: comparison_table(ways, EXCLUSIVE))
+    _replace(results, "protections", lambda: comparison_table(ways, PROTECTED))
+    _replace(results, "own-seed-yizhuang", lambda: comparison_table(OUT / "yizhuang", CARRIED))
     _replace(results, "headways", headways_table)
     _replace(results, "capacity", capacity_table)
     _replace(results, "interval", lambda: (OUT / "station_interval.md").read_text("utf-8").strip())
+    _replace(results, "driving", lambda: (OUT / "driving.md").read_text("utf-8").strip())
     _replace(results, "radio", radio_table)
     _replace(results, "availability", availability_table)
     _replace(results, "radio-speed", radio_speed)
     _replace(results, "eco", lambda: comparison_table(OUT / "eco_driving", (), ECO))
     _replace(results, "limits", limits_table)
     _replace(results, "own-seed-map", lambda: comparison_table(OUT / "rush_hour", MAPPED))
-    _replace(results, "seeds-map", lambda: comparison_table(seeds, MAPPED))
+    _replace(results, "ways-map", lambda: comparison_table(ways, MAPPED))
     _replace(results, "reserve", reserve_table)
     _replace(results, "losses", losses_table)
     _replace(results, "faults", faults_table)

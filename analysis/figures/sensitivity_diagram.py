@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from kankaku.analysis.figures.style import BOOKED, INK, colour, plain_frame, style
 
@@ -109,6 +110,7 @@ def _draw_range(axes: Axes, one: Moved) -> None:
             color=ink,
             alpha=alpha,
         )
+    axes.xaxis.set_major_locator(MaxNLocator(5))
     axes.set_ylim(-0.6, len(_LANES) - 0.4)
     axes.set_xlabel("change: " + one.title, fontsize=7.5)
     axes.tick_params(axis="y", length=0)

@@ -278,7 +278,7 @@ def test_tables_fit_a_terminal_and_name_every_assumption(rush_hour: Scenario) ->
         assert max(map(len, text.splitlines())) <= 80
     lines = plain_effects(effects).splitlines()
     assert [line[:28].strip() for line in lines[1:]] == [one.title for one in reversed(ASSUMPTIONS)]
-    assert [line.endswith("*") for line in lines[1:]] == [False] * 8 + [True] * 2
+    assert ["*" in line for line in lines[1:]] == [False] * 8 + [True] * 2
     assert dict(rows)["of the points, less than 0"][0] == "1/2"
     assert dict(rows)["all assumptions moved"][0] == "-300..+20"
     assert effects_table(effects).count("\n") == len(ASSUMPTIONS) + 1
@@ -295,3 +295,36 @@ def test_a_point_is_run_with_the_same_delays_under_both_controllers(rush_hour: S
         assert (row["trains"], row["trains_completed"], row["violations"]) == (3.0, 3.0, 0.0)
         assert row["energy_net_kwh"] > 0.0
     assert measured(few, few.seed) == found
+
+
+def test_a_finished_study_is_written_again_from_its_journal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main = pytest.importorskip("tools.sensitivity.__main__", reason="SALib is an extra")
+    planned = main.plan(2, 2, 1)
+    tasks = [task for own in (*planned.points, *planned.repeats) for task in own]
+    assert len(planned.points) == 2 * (len(ASSUMPTIONS) + 1)
+    assert not set(planned.seeds) & set(planned.other_seeds[0])
+    journal = Journal(tmp_path / main.RUNS_FILE)
+    for task, key in keys(tasks).items():
+        first = task.places[0] if task.places else 0.5
+        journal.note(key, pair(300.0 - 90.0 * first))
+    arguments = ["--trajectories", "2", "--seeds", "2", "--repeats", "1", "--out", str(tmp_path)]
+    assert main.main(arguments) == 0
+    told = capsys.readouterr()
+    assert told.err.startswith("0 of ")
+    top = told.out.splitlines()[1]
+    assert top.startswith(ASSUMPTIONS[0].title)
+    assert "90 (" in top
+    table = pd.read_csv(tmp_path / "effects.csv").set_index(["change", "assumption"])
+    assert table.loc[("stop_s", "delay_scale"), "mu"] == pytest.approx(90.0, abs=1e-3)
+    assert table.loc["stop_s"]["noise"].tolist() == pytest.approx([0.0] * len(ASSUMPTIONS))
+    written = {file.name for file in tmp_path.iterdir()}
+    assert {"sensitivity.png", "assumptions.md", "effects.md", "conclusion.md"} <= written
+
+
+def test_too_small_a_study_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    main = pytest.importorskip("tools.sensitivity.__main__", reason="SALib is an extra")
+    with pytest.raises(SystemExit):
+        main.main(["--trajectories", "1"])
+    assert "--trajectories is 1; allowed: 2 or more" in capsys.readouterr().err

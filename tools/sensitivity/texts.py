@@ -163,14 +163,15 @@ def _effect_cells(effects: Mapping[str, pd.DataFrame]) -> list[list[str]]:
 
 
 def _effect(mu_star: float, sigma: float, noise: float) -> str:
-    star = " " if mu_star > noise else NO_MORE_THAN_NOISE
-    return f"{_number(mu_star)} ({_number(sigma)}){star}"
+    star = "" if mu_star > noise else NO_MORE_THAN_NOISE
+    return f"{_number(mu_star)}{star} ({_number(sigma)})"
 
 
 def _number(value: float) -> str:
     if not np.isfinite(value):
         return "-"
-    return f"{value:.0f}" if abs(value) >= 20.0 else f"{value:.2f}"
+    decimals = 2 if abs(value) < 2.0 else 1 if abs(value) < 20.0 else 0
+    return f"{value:.{decimals}f}"
 
 
 def _told(change: Change, value: float) -> str:
