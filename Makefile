@@ -64,9 +64,9 @@ seeds: $(READY)
 	$(BIN)/python run.py across scenarios/rush_hour scenarios/yizhuang --seeds 40 --step 0.5 \
 		--controller close_up --controller two_stage --out out/seeds
 
-# Ten mornings under every controller; goes on where it was ended.
+# Five mornings under every controller; goes on where it was ended.
 ways: $(READY)
-	$(BIN)/python run.py scenarios/rush_hour --seeds 10 --step 0.5 --out out/ways
+	$(BIN)/python run.py scenarios/rush_hour --seeds 5 --step 0.5 --out out/ways
 
 # The second line under every controller.
 yizhuang: $(READY)

@@ -80,6 +80,7 @@ FIGURES = {
     "losses/losses": "losses",
     "control_map/control_map/control_map": "control_map",
     "sensitivity/sensitivity": "sensitivity",
+    "seeds/across/across": "across",
 }
 """Figures of the documentation, by their places in ``out/``."""
 
