@@ -2,7 +2,7 @@
 Write the result tables of the documentation from ``out/``: ``make results``.
 
 Reads what the make targets ``rush-hour``, ``capacity``, ``radio``, ``availability``, ``sakai``,
-``takaoka``, ``seeds``, ``ways``, ``yizhuang``, ``limits``, ``reserve``, ``losses``, ``steps``,
+``takaoka``, ``seeds``, ``ways``, ``map``, ``yizhuang``, ``limits``, ``reserve``, ``losses``, ``steps``,
 ``interval``, ``driving``, ``sensitivity`` and ``bench`` left, and replaces the text between
 ``<!-- name -->`` and
 ``<!-- end -->``.
@@ -48,13 +48,13 @@ PRINTED = (
     "energy_net_kwh",
 )
 """Indicators in README.md."""
-SHORT = ("close_up", "two_stage", "control_map", "atc")
+SHORT = ("close_up", "two_stage", "d_atc", "atc")
 """Controllers in README.md."""
 SATO = ("close_up", "two_stage")
-CARRIED = ("close_up", "two_stage", "control_map", "d_atc", "atc")
+CARRIED = ("close_up", "two_stage", "approach_point", "d_atc", "atc")
 """Controllers of the second line."""
 PLAIN = ("close_up", "two_stage", "two_stage_plain", "approach_point")
-MAPPED = ("close_up", "two_stage", "control_map")
+MAPPED = ("close_up_planned", "two_stage_planned", "control_map")
 EXCLUSIVE = ("close_up_exclusive", "approach_point_exclusive")
 PROTECTED = ("close_up", "atc", "atd", "d_atc", "sumo_native_fixed", "sumo_native_moving")
 ECO = ("energy_gross_kwh", "energy_net_kwh", "scheduled_speed_kmh")
@@ -401,8 +401,7 @@ def main() -> None:
     _replace(results, "radio-speed", radio_speed)
     _replace(results, "eco", lambda: comparison_table(OUT / "eco_driving", (), ECO))
     _replace(results, "limits", limits_table)
-    _replace(results, "own-seed-map", lambda: comparison_table(OUT / "rush_hour", MAPPED))
-    _replace(results, "ways-map", lambda: comparison_table(ways, MAPPED))
+    _replace(results, "map", lambda: comparison_table(OUT / "map" / "rush_hour", MAPPED))
     _replace(results, "reserve", reserve_table)
     _replace(results, "losses", losses_table)
     _replace(results, "faults", faults_table)
