@@ -3,9 +3,8 @@ Write the result tables of the documentation from ``out/``: ``make results``.
 
 Reads what the make targets ``rush-hour``, ``capacity``, ``radio``, ``availability``, ``sakai``,
 ``takaoka``, ``seeds``, ``ways``, ``map``, ``yizhuang``, ``limits``, ``reserve``, ``losses``,
-``steps``, ``interval``, ``driving``, ``sensitivity`` and ``bench`` left, and replaces the text between
-``<!-- name -->`` and
-``<!-- end -->``.
+``steps``, ``interval``, ``driving``, ``sensitivity`` and ``bench`` left, and replaces the text
+between ``<!-- name -->`` and ``<!-- end -->``.
 """
 
 import json
