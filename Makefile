@@ -69,7 +69,7 @@ ways: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour --seeds 5 --step 0.5 --out out/ways \
 		--controller close_up --controller two_stage --controller two_stage_plain --controller approach_point \
 		--controller close_up_exclusive --controller approach_point_exclusive --controller atc --controller atd \
-		--controller d_atc --controller sumo_native_fixed --controller sumo_native_moving
+		--controller d_atc
 
 # Five mornings under the control map, beside trains that are driven alike; goes on where it was ended.
 map: $(READY)

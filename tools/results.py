@@ -55,7 +55,7 @@ CARRIED = ("close_up", "two_stage", "approach_point", "d_atc", "atc")
 PLAIN = ("close_up", "two_stage", "two_stage_plain", "approach_point")
 MAPPED = ("close_up_planned", "two_stage_planned", "control_map")
 EXCLUSIVE = ("close_up_exclusive", "approach_point_exclusive")
-PROTECTED = ("close_up", "atc", "atd", "d_atc", "sumo_native_fixed", "sumo_native_moving")
+PROTECTED = ("close_up", "atc", "atd", "d_atc")
 ECO = ("energy_gross_kwh", "energy_net_kwh", "scheduled_speed_kmh")
 DRAWN = ("close_up", "two_stage", "atc", "atd")
 """Controllers in the first figure."""
