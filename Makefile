@@ -5,7 +5,7 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds ways map yizhuang terminals interval driving steps limits reserve losses sensitivity fuzz kills mutants results docs clean
+.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds map yizhuang terminals interval driving steps limits reserve losses sensitivity fuzz kills mutants results docs clean
 
 # A target makes its results anew: after an edit of the program earlier runs are refused.
 rush-hour: $(READY)
@@ -63,13 +63,6 @@ bench: $(READY)
 seeds: $(READY)
 	$(BIN)/python run.py across scenarios/rush_hour scenarios/yizhuang --seeds 40 --step 0.5 \
 		--controller close_up --controller two_stage --out out/seeds
-
-# Five mornings under every controller over a moving block or fixed blocks; goes on where it was ended.
-ways: $(READY)
-	$(BIN)/python run.py scenarios/rush_hour --seeds 5 --step 0.5 --out out/ways \
-		--controller close_up --controller two_stage --controller two_stage_plain --controller approach_point \
-		--controller close_up_exclusive --controller approach_point_exclusive --controller atc --controller atd \
-		--controller d_atc
 
 # Five mornings under the control map, beside trains that are driven alike; goes on where it was ended.
 map: $(READY)

@@ -2,7 +2,7 @@
 Write the result tables of the documentation from ``out/``: ``make results``.
 
 Reads what the make targets ``rush-hour``, ``capacity``, ``radio``, ``availability``, ``sakai``,
-``takaoka``, ``seeds``, ``ways``, ``map``, ``yizhuang``, ``limits``, ``reserve``, ``losses``,
+``takaoka``, ``seeds``, ``map``, ``yizhuang``, ``limits``, ``reserve``, ``losses``,
 ``steps``, ``interval``, ``driving``, ``sensitivity`` and ``bench`` left, and replaces the text
 between ``<!-- name -->`` and ``<!-- end -->``.
 """
@@ -386,10 +386,9 @@ def main() -> None:
     for line in ("rush_hour", "yizhuang"):
         seeds = OUT / "seeds" / line
         _replace(results, f"seeds-{line}", partial(comparison_table, seeds, SATO))
-    ways = OUT / "ways" / "rush_hour"
-    _replace(results, "ways", lambda: comparison_table(ways, PLAIN))
-    _replace(results, "exclusive", lambda: comparison_table(ways, EXCLUSIVE))
-    _replace(results, "protections", lambda: comparison_table(ways, PROTECTED))
+    own = OUT / "rush_hour"
+    _replace(results, "exclusive", lambda: comparison_table(own, EXCLUSIVE))
+    _replace(results, "protections", lambda: comparison_table(own, PROTECTED))
     _replace(results, "own-seed-yizhuang", lambda: comparison_table(OUT / "yizhuang", CARRIED))
     _replace(results, "headways", headways_table)
     _replace(results, "capacity", capacity_table)
