@@ -51,6 +51,13 @@ class DrivingStyle:
         """Whether a train that is late is faster than one that is not."""
         return self.idles and self.late_after_s < float("inf")
 
+    @property
+    def hurried(self) -> "DrivingStyle":
+        """The style of trains that are late, whenever they depart."""
+        if not self.hurries:
+            return self
+        return replace(self, driven_speeds=False, coasting_band_mps=0.0)
+
     def lag_s(self, train: TrainType) -> float:
         """
         Return from when a train may depart until full traction would have set it off.
