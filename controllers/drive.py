@@ -101,13 +101,11 @@ class TractionDrive:
         self._world = world
         self._rows = np.arange(world.size)
         self._braking = world.braking
-        self._service, emergency = map(
-            world.of_type, ("service_brake_mps2", "emergency_brake_mps2")
-        )
+        service, emergency = map(world.of_type, ("service_brake_mps2", "emergency_brake_mps2"))
         self._abilities = plain(
             Abilities(
                 world.braking,
-                (emergency - self._service) * world.step_s,
+                (emergency - service) * world.step_s,
                 world.profile.origin_m,
                 world.far_m,
                 world.step_s,
@@ -117,12 +115,14 @@ class TractionDrive:
         nowhere_m = np.full(world.size, np.nan)
         self._stops = plain(Stops(nowhere_m, nowhere_m, nowhere_m, nowhere_m))
         self._calls_version = NO_VERSION
-        self._drivers = Drivers(
-            np.zeros(world.size),
-            np.zeros(world.size),
-            np.zeros(world.size),
-            np.zeros(world.size, dtype=np.bool_),
-            np.full(world.size, np.inf),
+        self._drivers = plain(
+            Drivers(
+                np.zeros(world.size),
+                np.zeros(world.size),
+                np.zeros(world.size),
+                np.zeros(world.size, dtype=np.bool_),
+                np.full(world.size, np.inf),
+            )
         )
 
     def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
@@ -149,7 +149,7 @@ class TractionDrive:
                 asked,
                 self._stops,
                 (self._abilities, self._manner),
-                plain(self._drivers),
+                self._drivers,
             )
         )
 
@@ -177,7 +177,7 @@ def _command(
         loss = braking_loss_mps(able.braking, train, front_m, speed, able.step_s)
         pulled = pulled_mps(manner.ceiling.traction, train, front_m, speed)
         motion = front_m, speed, loss, pulled
-        gained, downhill, braked, hardest = _reach_mps((able, manner), drivers, train, motion)
+        gained, downhill, braked, hardest = _reach_mps(known, drivers, train, motion)
         if asked.emergency[train]:
             next_mps[train] = max(hardest, 0.0)
             bounds[:, train] = np.inf

@@ -92,13 +92,12 @@ def manner_of(world: World) -> Manner:
     with np.errstate(divide="ignore"):
         rise_mps3 = np.minimum(jerk_mps3, service_mps2 / build_up_s)
         hard_mps3 = emergency_mps2 / build_up_s
-    driven_mps2 = np.minimum(service_mps2, style.station_brake_mps2)
     return Manner(
         ceiling_figures(world, world.driven_profile, step_s, world.driven_types),
         world.unhurried_profile.limit_table,
         style.late_after_s,
         bool(style.lowers or np.isfinite(rise_mps3).any()),
-        service_mps2 - driven_mps2,
+        world.gentler_mps2,
         style.coasting_band_mps,
         world.reaction_s,
         jerk_mps3 * step_s**2,

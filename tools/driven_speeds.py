@@ -4,10 +4,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from kankaku.railway.motion.run_curve import driven_along, way_between
+from kankaku.railway.motion.run_curve import driven_run_s
 from kankaku.railway.plan.driving_style import DrivingStyle
-from kankaku.railway.plan.line import Gradient, Line, SpeedLimit
-from kankaku.railway.plan.profile import NO_BUFFERS
+from kankaku.railway.plan.line import Line, SpeedLimit
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.scenarios.loading.load_driving import read_driving
 from kankaku.scenarios.reading.files import Reader
@@ -71,10 +70,7 @@ def driven_s(
         From when it may depart to its stop. [s]
     """
     slowed = replace(line, driven_speeds=(SpeedLimit(*ends_m, speed_mps),))
-    way = way_between(
-        style.line(slowed, hurried=False), style.train(train_type), ends_m, (0.0, 0.0), NO_BUFFERS
-    )
-    return style.lag_s(train_type) + driven_along(way, style.coasting_band_mps).run_time_s
+    return driven_run_s(slowed, train_type, style, ends_m)
 
 
 def nearest_speed_kmh(run_s: Callable[[int], float], wanted_s: float, fastest_kmh: int) -> int:
@@ -103,37 +99,3 @@ def nearest_speed_kmh(run_s: Callable[[int], float], wanted_s: float, fastest_km
         else:
             fast = middle
     return min((slow, fast), key=lambda speed_kmh: abs(run_s(speed_kmh) - wanted_s))
-
-
-def mirrored(line: Line) -> Line:
-    """
-    Return a line as trains of the other direction meet it.
-
-    Parameters
-    ----------
-    line
-        A chain.
-
-    Returns
-    -------
-    Line
-        Limits, gradients and curves from the other end, where chainage is the way from there.
-    """
-    far_m = line.start_m + line.end_m
-
-    def turned(start_m: float, end_m: float) -> tuple[float, float]:
-        return far_m - end_m, far_m - start_m
-
-    return replace(
-        line,
-        limits=tuple(
-            SpeedLimit(*turned(one.start_m, one.end_m), one.limit_mps) for one in line.limits[::-1]
-        ),
-        gradients=tuple(
-            Gradient(*turned(one.start_m, one.end_m), -one.gradient) for one in line.gradients[::-1]
-        ),
-        curves=tuple(
-            replace(one, start_m=far_m - one.end_m, end_m=far_m - one.start_m)
-            for one in line.curves[::-1]
-        ),
-    )

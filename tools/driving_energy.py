@@ -15,12 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.analysis.tables.delay import technical_run_times_s
-from kankaku.controllers import registry
-from kankaku.railway.loop.plain_engine import PlainEngine
-from kankaku.railway.loop.simulate import simulate
-from kankaku.railway.meters.all_meters import all_meters
 from kankaku.railway.plan.driving_style import FASTEST, DrivingStyle
-from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.timetable import Call, Service, Timetable
 from kankaku.railway.plan.world import World, build_world
@@ -28,6 +23,7 @@ from kankaku.railway.step.records import RunRecord
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.shipped import folder_of
 from tools.paper_tables import markdown
+from tools.plain_runs import run_plain
 
 OUT = Path(__file__).parents[1] / "out"
 LEG = "kawaguchi", "akabane"
@@ -77,10 +73,9 @@ def ways(style: DrivingStyle) -> tuple[Way, ...]:
     tuple[Way, ...]
         The last one takes as long as the one before it.
     """
-    late = replace(style, driven_speeds=False, coasting_band_mps=0.0)
     return (
         Way("as fast as it can", "close_up", FASTEST),
-        Way(f"{style.name}, late", "close_up", late),
+        Way(f"{style.name}, late", "close_up", style.at_limits),
         Way(style.name, "close_up", style),
         Way(f"eco, in the time of {style.name}", "eco", FASTEST),
     )
@@ -107,12 +102,7 @@ def run_alone(scenario: Scenario, service: Service, way: Way) -> RunRecord:
     world = _world(scenario, service, way.driving)
     delays_s = np.zeros((1, world.stop_m.shape[1] - 1))
     spec = ControllerSpec(way.name, "moving_block", way.operation, {}, {})
-    return simulate(
-        Run(world, delays_s, 0, scenario.patience_s),
-        PlainEngine(world, delays_s, scenario.step_s),
-        registry.build(spec, world),
-        all_meters(world),
-    )
+    return run_plain(scenario, world, spec, delays_s)
 
 
 def _world(scenario: Scenario, service: Service, driving: DrivingStyle) -> World:

@@ -4,6 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from kankaku.scenarios.reading.units import clock_of
+
 _STOCK = """\
 schema_version = 1
 
@@ -121,7 +123,7 @@ def _add_trains(
         before_km = at_km[0]
         for name, km in zip(names, at_km, strict=True):
             time_s += int(1000.0 * (km - before_km) / 9.0) + 40 * (km > before_km)
-            tables["calls.csv"].append([train, name, "t1", _clock(time_s), _clock(time_s + 30)])
+            tables["calls.csv"].append([train, name, "t1", clock_of(time_s), clock_of(time_s + 30)])
             time_s, before_km = time_s + 30, km
 
 
@@ -137,10 +139,6 @@ def _add_ground(
             tables[file] = [["start_km", "end_km", column]]
             for start_km, end in pairwise(edges):
                 tables[file].append([start_km, end, int(random.integers(low, high))])
-
-
-def _clock(time_s: int) -> str:
-    return f"{time_s // 3600:02d}:{time_s // 60 % 60:02d}:{time_s % 60:02d}"
 
 
 def _csv(rows: list[list[object]]) -> str:

@@ -16,16 +16,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.registry import build
-from kankaku.railway.loop.plain_engine import PlainEngine
-from kankaku.railway.loop.simulate import simulate
-from kankaku.railway.meters.all_meters import all_meters
 from kankaku.railway.motion.run_curve import fastest_run
 from kankaku.railway.plan.passing import conflicting
-from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.scenarios.loading.load import load
+from kankaku.scenarios.reading.units import clock_of
 from kankaku.studies.study import world_of
+from tools.plain_runs import run_plain
 
 STOCK = Path(__file__).parents[1] / "scenarios" / "rush_hour" / "rolling_stock.toml"
 TURN_BACK_S, THROW_S = 120.0, 6.5
@@ -112,8 +109,7 @@ def write(layout: Layout, folder: Path, headway_s: float, run_s: float) -> None:
 
 
 def _clock(time_s: float) -> str:
-    whole = round(time_s)
-    return f"{whole // 3600:02d}:{whole // 60 % 60:02d}:{whole % 60:02d}"
+    return clock_of(round(time_s))
 
 
 def times_of(scenario: Scenario) -> Times:
@@ -178,9 +174,7 @@ def simulated_s(scenario: Scenario) -> float:
     world = world_of(scenario, scenario.step_s)
     delays_s = scenario.dwell_delays.draw(scenario.timetable, scenario.seed)
     spec = ControllerSpec("close_up", "moving_block", "close_up", {}, {})
-    run = Run(world, delays_s, scenario.seed, scenario.patience_s)
-    engine = PlainEngine(world, delays_s, scenario.step_s)
-    record = simulate(run, engine, build(spec, world, scenario.radio), all_meters(world))
+    record = run_plain(scenario, world, spec, delays_s, scenario.seed)
     if record.violations or not record.completed.all():
         message = f"{len(record.violations)} violations, {record.unfinished}"
         raise RuntimeError(message)

@@ -94,7 +94,7 @@ def trains_of(world: World, pace: Pace) -> PlannedTrains:
         world.line.end_m,
         world.braking,
         ceiling_figures(world, world.driven_profile, step_s, world.driven_types),
-        _gentler_mps2(world),
+        world.gentler_mps2,
         world.length_m,
         world.stop_m,
         world.call_count,
@@ -104,12 +104,6 @@ def trains_of(world: World, pace: Pace) -> PlannedTrains:
         world.departure_lag_s,
         world.leaves_at_stop,
     )
-
-
-def _gentler_mps2(world: World) -> FloatArray:
-    driven_mps2 = np.array([kind.service_brake_mps2 for kind in world.driven_types])
-    gentler: FloatArray = world.of_type("service_brake_mps2") - driven_mps2[world.type_index]
-    return gentler
 
 
 class RunPlace(NamedTuple):

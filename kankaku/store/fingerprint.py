@@ -74,29 +74,36 @@ def _items(value: Any) -> Iterator[Any]:  # noqa: ANN401 - whatever a scenario h
 
 
 @cache
-def sources_sha256() -> str:
+def sources_sha256(rooms: tuple[str, ...] = ROOMS, studies: tuple[str, ...] = STUDIES) -> str:
     """
     Return a digest of the sources that are installed.
+
+    Parameters
+    ----------
+    rooms
+        Packages that count.
+    studies
+        Studies that count.
 
     Returns
     -------
     str
-        Another one after any change of a line that might change a table.
+        By default another one after any change of a line that might change a table.
     """
     digest = hashlib.sha256()
-    for name, file in _sources():
+    for name, file in _sources(rooms, studies):
         digest.update(f"{name}\0".encode() + file.read_bytes() + b"\0")
     return digest.hexdigest()
 
 
-def _sources() -> Iterator[tuple[str, Path]]:
-    for name in ROOMS:
+def _sources(rooms: tuple[str, ...], studies: tuple[str, ...]) -> Iterator[tuple[str, Path]]:
+    for name in rooms:
         spec = find_spec(f"kankaku.{name}")
         if spec is not None and spec.origin is not None:
             folder = Path(spec.origin).parent
             for file in sorted(folder.rglob("*.py")):
                 yield f"{name}/{file.relative_to(folder).as_posix()}", file
-    for name in STUDIES:
+    for name in studies:
         spec = find_spec(f"kankaku.studies.{name}")
         if spec is not None and spec.origin is not None:
             yield name, Path(spec.origin)

@@ -1,7 +1,6 @@
 """The journal of a campaign: every finished run, so that a campaign can go on."""
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from kankaku.analysis.tables.columns import write_whole
 from kankaku.controllers import registry
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.store.fingerprint import sources_sha256
+from kankaku.store.json_lines import append_line, json_line, whole_lines
 from kankaku.store.run_store import VERSIONED
 from kankaku.studies.failure_findings import Finding
 from kankaku.studies.study import Study, StudyError
@@ -99,9 +99,7 @@ class Journal:
         self._file = file
         self.done: dict[CampaignTask, Finding] = {}
         settings = campaign.settings
-        lines = [] if campaign.fresh or not file.exists() else file.read_bytes().splitlines(True)
-        # Who was killed while writing has left half a line.
-        whole = [line for line in lines if line.endswith(b"\n")]
+        whole = [] if campaign.fresh else whole_lines(file)
         if whole:
             told = [self._read(line, number) for number, line in enumerate(whole, start=1)]
             self._check(told[0], settings)
@@ -111,7 +109,7 @@ class Journal:
             }
             self.done = {task: finding for task, finding in known.items() if task in tasks}
         else:
-            whole = [_line(settings)]
+            whole = [json_line(settings)]
         self._begun = b"".join(whole)
         """What the file must hold before anything is added; earlier runs stay until then."""
 
@@ -158,10 +156,7 @@ class Journal:
         if self._begun:
             write_whole(self._file, self._begun)
             self._begun = b""
-        with self._file.open("ab") as file:
-            file.write(_line(finding))
-            file.flush()
-            os.fsync(file.fileno())
+        append_line(self._file, finding)
         self.done[CampaignTask(finding["number"], finding["seed"])] = finding
 
     def rows(self, tasks: Sequence[CampaignTask]) -> list[dict[str, Any]]:
@@ -185,10 +180,6 @@ class Journal:
             and task in self.done
             and (baseline := CampaignTask(BASELINE, task.seed)) in self.done
         ]
-
-
-def _line(values: Mapping[str, Any]) -> bytes:
-    return json.dumps(values).encode() + b"\n"
 
 
 def _row(finding: Finding, usual: Finding) -> dict[str, Any]:

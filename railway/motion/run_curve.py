@@ -15,6 +15,7 @@ from kankaku.railway.errors import KankakuError
 from kankaku.railway.motion.driving import Driving, Trace, trace
 from kankaku.railway.motion.way import Way, way_on
 from kankaku.railway.plan.buffers import Buffers
+from kankaku.railway.plan.driving_style import DrivingStyle
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.profile import NO_BUFFERS, build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
@@ -191,6 +192,38 @@ def driven_along(way: Way, band_mps: float) -> RunCurve:
         If a gradient is too steep to climb.
     """
     return curve_of(way, trace(way, Driving.coasting(way, band_mps)))
+
+
+def driven_run_s(
+    line: Line, train_type: TrainType, style: DrivingStyle, ends_m: tuple[float, float]
+) -> float:
+    """
+    Return how long a run takes in a driving style when nobody hinders it.
+
+    Parameters
+    ----------
+    line
+        The line.
+    train_type
+        The train.
+    style
+        How it is driven, late or not.
+    ends_m
+        Where the front starts and stops. [m]
+
+    Returns
+    -------
+    float
+        From when it may depart to its stop. [s]
+
+    Raises
+    ------
+    StallError
+        If a gradient is too steep to climb.
+    """
+    driven = style.line(line), style.train(train_type)
+    way = way_between(*driven, ends_m, (0.0, 0.0), NO_BUFFERS)
+    return style.lag_s(train_type) + driven_along(way, style.coasting_band_mps).run_time_s
 
 
 def curve_of(way: Way, seen: Trace) -> RunCurve:

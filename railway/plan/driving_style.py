@@ -52,11 +52,14 @@ class DrivingStyle:
         return self.idles and self.late_after_s < float("inf")
 
     @property
+    def at_limits(self) -> "DrivingStyle":
+        """The same without coasting and driven speeds."""
+        return replace(self, driven_speeds=False, coasting_band_mps=0.0)
+
+    @property
     def hurried(self) -> "DrivingStyle":
         """The style of trains that are late, whenever they depart."""
-        if not self.hurries:
-            return self
-        return replace(self, driven_speeds=False, coasting_band_mps=0.0)
+        return self.at_limits if self.hurries else self
 
     def lag_s(self, train: TrainType) -> float:
         """
@@ -99,7 +102,7 @@ class DrivingStyle:
             maximum_speed_mps=self._kept_mps(train.maximum_speed_mps),
         )
 
-    def line(self, line: Line, *, hurried: bool) -> Line:
+    def line(self, line: Line) -> Line:
         """
         Return a line as drivers keep to it.
 
@@ -107,8 +110,6 @@ class DrivingStyle:
         ----------
         line
             The line as trains meet it.
-        hurried
-            For trains that are late.
 
         Returns
         -------
@@ -116,7 +117,7 @@ class DrivingStyle:
             The same with other limits.
         """
         kept = [replace(one, limit_mps=self._kept_mps(one.limit_mps)) for one in line.limits]
-        driven = line.driven_speeds if self.driven_speeds and not hurried else ()
+        driven = line.driven_speeds if self.driven_speeds else ()
         limits = sorted((*kept, *driven), key=lambda limit: (limit.start_m, limit.end_m))
         return replace(line, limits=tuple(limits))
 

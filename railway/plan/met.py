@@ -29,22 +29,40 @@ def line_met(line: Line, route: Sequence[str]) -> Line:
     if not line.network:
         return line
     tracks = [line.track_by_id[track] for track in route]
-    falling = tracks[0].direction is Direction.FALLING
     places = {track.place for track in tracks}
-    limits = _on(line, line.limits, places, falling=falling)
-    driven = _on(line, line.driven_speeds, places, falling=falling)
-    curves = _on(line, line.curves, places, falling=falling)
-    gradients = _on(line, line.gradients, places, falling=falling)
-    if falling:
-        gradients = [replace(one, gradient=-one.gradient) for one in gradients]
-    balises_m = map(line.mirrored_m, line.balises_m) if falling else line.balises_m
+    met = replace(
+        line,
+        limits=_on(line.limits, places),
+        driven_speeds=_on(line.driven_speeds, places),
+        gradients=_on(line.gradients, places),
+        curves=_on(line.curves, places),
+        balises_m=tuple(sorted(line.balises_m)),
+    )
+    return mirrored(met) if tracks[0].direction is Direction.FALLING else met
+
+
+def mirrored(line: Line) -> Line:
+    """
+    Return a line as trains of the other running direction meet it.
+
+    Parameters
+    ----------
+    line
+        The line, with limits, gradients, curves and balises by chainage.
+
+    Returns
+    -------
+    Line
+        The same line with these in the coordinate of falling trains.
+    """
+    gradients = [replace(one, gradient=-one.gradient) for one in line.gradients]
     return replace(
         line,
-        limits=tuple(limits),
-        driven_speeds=tuple(driven),
-        gradients=tuple(gradients),
-        curves=tuple(curves),
-        balises_m=tuple(sorted(balises_m)),
+        limits=_mirrored(line, line.limits),
+        driven_speeds=_mirrored(line, line.driven_speeds),
+        gradients=_mirrored(line, gradients),
+        curves=_mirrored(line, line.curves),
+        balises_m=tuple(sorted(map(line.mirrored_m, line.balises_m))),
     )
 
 
@@ -74,14 +92,17 @@ def lines_met(line: Line, routes: Iterable[tuple[str, ...]]) -> dict[tuple[str, 
     return found
 
 
-def _on(
-    line: Line, stretches: Iterable[Stretch], places: set[str], *, falling: bool
-) -> list[Stretch]:
-    """Return the stretches that hold on some physical tracks, along the way of their trains."""
-    found = [one for one in stretches if not one.track or one.track in places]
-    if falling:
-        found = [
-            replace(one, start_m=line.mirrored_m(one.end_m), end_m=line.mirrored_m(one.start_m))
-            for one in found
-        ]
-    return sorted(found, key=lambda one: (one.start_m, one.end_m))
+def _on(stretches: Iterable[Stretch], places: set[str]) -> tuple[Stretch, ...]:
+    """Return the stretches that hold on some physical tracks."""
+    return _in_order(one for one in stretches if not one.track or one.track in places)
+
+
+def _mirrored(line: Line, stretches: Iterable[Stretch]) -> tuple[Stretch, ...]:
+    return _in_order(
+        replace(one, start_m=line.mirrored_m(one.end_m), end_m=line.mirrored_m(one.start_m))
+        for one in stretches
+    )
+
+
+def _in_order(stretches: Iterable[Stretch]) -> tuple[Stretch, ...]:
+    return tuple(sorted(stretches, key=lambda one: (one.start_m, one.end_m)))

@@ -126,20 +126,25 @@ class World:
         """
         if not self.driving.lowers:
             return self.tabulated(buffers)
-        return self._driven(buffers, hurried=self.driving.hurries)
+        return self._driven_as(self.driving.hurried, buffers)
 
     @cached_property
     def unhurried_profile(self) -> Profile:
         """The line as trains are driven on it when they are not late, nobody in their way."""
-        return (
-            self._driven(NO_BUFFERS, hurried=False) if self.driving.hurries else self.driven_profile
-        )
+        if not self.driving.hurries:
+            return self.driven_profile
+        return self._driven_as(self.driving, NO_BUFFERS)
 
-    def _driven(self, buffers: Buffers, *, hurried: bool) -> Profile:
-        lines = [self.driving.line(line, hurried=hurried) for line in self.lines]
-        profile = build_profile(lines, self.driven_types, buffers)
-        band_mps = 0.0 if hurried else self.driving.coasting_band_mps
-        return replace(profile, coasting_band_mps=band_mps)
+    def _driven_as(self, style: DrivingStyle, buffers: Buffers) -> Profile:
+        profile = build_profile(list(map(style.line, self.lines)), self.driven_types, buffers)
+        return replace(profile, coasting_band_mps=style.coasting_band_mps)
+
+    @cached_property
+    def gentler_mps2(self) -> FloatArray:
+        """By how much drivers brake more gently for stops than they could. [m/s2], (n_trains,)"""
+        driven_mps2 = np.array([kind.service_brake_mps2 for kind in self.driven_types])
+        gentler: FloatArray = self.of_type("service_brake_mps2") - driven_mps2[self.type_index]
+        return gentler
 
     @property
     def reaction_s(self) -> float:

@@ -27,10 +27,10 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.sparse import coo_array
 
-from kankaku.railway.motion.run_curve import driven_along, way_between
+from kankaku.railway.motion.run_curve import driven_run_s
 from kankaku.railway.plan.driving_style import DrivingStyle
-from kankaku.railway.plan.profile import NO_BUFFERS
 from kankaku.scenarios.loading.public_timetable import PUBLIC_FILE, Source, read_source
+from kankaku.scenarios.reading.units import clock_of
 
 CALLS_FILE = "calls.csv"
 EXIT_BAD_INPUT = 2
@@ -119,7 +119,7 @@ class _Programme:
         return [int(time) for time in np.round(times)]
 
 
-def run_times(source: Source, driving: DrivingStyle, *, hurried: bool) -> dict[Leg, float]:
+def run_times(source: Source, driving: DrivingStyle) -> dict[Leg, float]:
     """
     Return the run times of trains that nobody hinders.
 
@@ -129,8 +129,6 @@ def run_times(source: Source, driving: DrivingStyle, *, hurried: bool) -> dict[L
         Line, trains and public minutes.
     driving
         How they are driven.
-    hurried
-        Of trains that are late.
 
     Returns
     -------
@@ -139,15 +137,12 @@ def run_times(source: Source, driving: DrivingStyle, *, hurried: bool) -> dict[L
         [s]
     """
     stop_m = {platform.station: platform.stop_m for platform in source.line.platforms}
-    line = driving.line(source.line, hurried=hurried)
-    band_mps = 0.0 if hurried else driving.coasting_band_mps
-    found = {}
-    for kind, start, end in sorted(_legs(source)):
-        train = source.train_types[kind]
-        ends_m = stop_m[start], stop_m[end]
-        way = way_between(line, driving.train(train), ends_m, (0.0, 0.0), NO_BUFFERS)
-        found[kind, start, end] = driving.lag_s(train) + driven_along(way, band_mps).run_time_s
-    return found
+    return {
+        (kind, start, end): driven_run_s(
+            source.line, source.train_types[kind], driving, (stop_m[start], stop_m[end])
+        )
+        for kind, start, end in sorted(_legs(source))
+    }
 
 
 def _legs(source: Source) -> set[Leg]:
@@ -174,7 +169,7 @@ def least_run_times(source: Source) -> dict[Leg, int]:
         [units]
     """
     allowance = 1.0 if source.driving.lowers else RUN_ALLOWANCE
-    quickest = run_times(source, source.driving, hurried=True)
+    quickest = run_times(source, source.driving.at_limits)
     return {leg: ceil(allowance * run_s / UNIT_S) for leg, run_s in quickest.items()}
 
 
@@ -198,7 +193,7 @@ def usual_run_times(source: Source, least: Mapping[Leg, int]) -> dict[Leg, int]:
         Usual run time, not below the least. [units]
     """
     if source.driving.lowers:
-        usual_s = run_times(source, source.driving, hurried=False)
+        usual_s = run_times(source, source.driving)
         return {leg: max(round(usual_s[leg] / UNIT_S), least[leg]) for leg in least}
     spans: dict[Leg, list[int]] = {}
     dwells_s: dict[Leg, list[float]] = {}
@@ -249,14 +244,11 @@ def reconstruct(source: Source) -> str:
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(["train", "station", "track", "arrival", "departure"])
     for stop in stops:
-        arrival, departure = (_clock(times[index]) for index in (stop.arrival, stop.departure))
+        arrival, departure = (
+            clock_of(UNIT_S * times[index]) for index in (stop.arrival, stop.departure)
+        )
         rows.writerow([stop.train, stop.station, stop.track, arrival, departure])
     return text.getvalue()
-
-
-def _clock(units: int) -> str:
-    minutes, rest_s = divmod(units * UNIT_S, 60)
-    return f"{minutes // 60:02d}:{minutes % 60:02d}:{rest_s:02d}"
 
 
 def _stops(source: Source) -> list[list[_Stop]]:

@@ -42,6 +42,23 @@ def whole_seconds(clock: str) -> int:
     return 3600 * int(hours) + 60 * int(minutes) + int(rest)
 
 
+def clock_of(time_s: int) -> str:
+    """
+    Return a time of day as files have it.
+
+    Parameters
+    ----------
+    time_s
+        Seconds after midnight. [s]
+
+    Returns
+    -------
+    str
+        ``HH:MM:SS``.
+    """
+    return f"{time_s // 3600:02d}:{time_s // 60 % 60:02d}:{time_s % 60:02d}"
+
+
 def next_day(earlier: str, later: str) -> str:
     """
     Return the end of a sentence for those who begin to count anew at midnight.

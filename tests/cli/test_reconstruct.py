@@ -157,11 +157,11 @@ operation = "close_up"
 
 @pytest.mark.parametrize("brake_kmhps", [1.0, 2.0])
 def test_booked_runs_are_those_of_the_driving_style(folder: Path, brake_kmhps: float) -> None:
-    fastest_s = run_times(read_source(folder), FASTEST, hurried=True)["unit", "first", "middle"]
+    fastest_s = run_times(read_source(folder), FASTEST)["unit", "first", "middle"]
     text = STYLE.format(brake_kmhps=brake_kmhps)
     (folder / "scenario.toml").write_text(text, encoding="utf-8")
     source = read_source(folder)
-    driven_s = run_times(source, source.driving, hurried=False)["unit", "first", "middle"]
+    driven_s = run_times(source, source.driving)["unit", "first", "middle"]
     assert driven_s > fastest_s + 3.0
     times = booked(reconstruct(source))
     run_s = times["A1", "middle"][0] - times["A1", "first"][1]

@@ -102,7 +102,7 @@ def test_in_any_style_a_train_alone_is_late_by_nobody_else(
     for call in calls.tolist():
         departure_s = float(record.departure_s[0, call - 1])
         late_s = departure_s - world.booked_departure_s[0, call - 1]
-        driven = style.line(line, hurried=bool(late_s > style.late_after_s))
+        driven = (style.at_limits if late_s > style.late_after_s else style).line(line)
         ends_m = float(world.stop_m[0, call - 1]), float(world.stop_m[0, call])
         expected_s = run_time_alone_s(train, ends_m, line.gradients, driven.limits)
         lasted_s = record.arrival_s[0, call] - departure_s - world.reaction_s

@@ -62,11 +62,11 @@ def test_a_style_keeps_below_limits_but_never_below_half_of_them() -> None:
     limits = SpeedLimit(0.0, 500.0, 60.0 * KMH), SpeedLimit(500.0, 600.0, 6.0 * KMH)
     driven = SpeedLimit(100.0, 400.0, 40.0 * KMH)
     line = changed(two_station_scenario(limits=limits).line, driven_speeds=(driven,))
-    kept = NORMAL.line(line, hurried=False).limits
+    kept = NORMAL.line(line).limits
     assert [one.limit_mps / KMH for one in kept] == pytest.approx([55.0, 40.0, 3.0])
-    hurried = NORMAL.line(line, hurried=True).limits
+    hurried = NORMAL.hurried.line(line).limits
     assert [one.limit_mps / KMH for one in hurried] == pytest.approx([55.0, 3.0])
-    assert FASTEST.line(line, hurried=False).limits == limits
+    assert FASTEST.line(line).limits == limits
 
 
 def test_coasting_alternates_between_a_speed_and_the_band_below_it_and_saves_energy() -> None:

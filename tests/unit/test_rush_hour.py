@@ -93,7 +93,7 @@ def test_regenerating_gives_the_shipped_calls(source: Source) -> None:
 
 
 def test_run_times_are_near_those_of_normal_driving(scenario: Scenario, source: Source) -> None:
-    least, normal_s = least_run_times(source), run_times(source, source.driving, hurried=False)
+    least, normal_s = least_run_times(source), run_times(source, source.driving)
     off_s = []
     for service in scenario.timetable.services:
         for before, after in pairwise(service.calls):

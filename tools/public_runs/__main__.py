@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from kankaku.scenarios.loading.public_timetable import read_source
-from tools.public_runs.dwells import clock, peak_excesses, shares_of_peak, write_dwells
+from kankaku.scenarios.reading.units import clock_of
+from tools.public_runs.dwells import peak_excesses, shares_of_peak, write_dwells
 from tools.public_runs.intervals import (
     day_periods,
     mean_intervals,
@@ -73,7 +74,7 @@ def write_table(folder: Path, target: Path) -> None:
         sys.stdout.write(f"{excess.station:20} peak less quiet {told}\n")
     for share in shares_of_peak(intervals):
         told = f"{share.raw:5.2f} +- {share.standard_error:.2f}, smoothed {share.smoothed:5.2f}"
-        sys.stdout.write(f"{clock(share.start_min)[:5]} {told} of the peak\n")
+        sys.stdout.write(f"{clock_of(60 * share.start_min)[:5]} {told} of the peak\n")
 
 
 def write_normal(folder: Path, target: Path) -> None:

@@ -13,6 +13,8 @@ from itertools import groupby
 from pathlib import Path
 from statistics import fmean, variance
 
+from kankaku.scenarios.reading.units import clock_of
+from tools.csv_files import write_rows
 from tools.public_runs.intervals import HALF_HOURS_MIN, PEAK, QUIET, SOUTHBOUND, Interval
 from tools.public_runs.quiet import QuietLeg
 
@@ -100,7 +102,7 @@ def shares_of_peak(intervals: Sequence[Interval]) -> list[Share]:
     whole_s = sum(peak[station].mean_s - quiet[station].mean_s for station in peak)
     raw, errors = [], []
     for start in HALF_HOURS_MIN:
-        now = _southbound(intervals, clock(start)[:5])
+        now = _southbound(intervals, clock_of(60 * start)[:5])
         raw.append(sum(now[name].mean_s - quiet[name].mean_s for name in peak) / whole_s)
         least = min(row.trains for row in now.values())
         errors.append((2.0 * 60.0**2 / 12.0 / least) ** 0.5 / whole_s)
@@ -160,30 +162,14 @@ def dwell_rows(
         for dwell_s, starts in groupby(booked_s, key=booked_s.__getitem__):
             along = list(starts)
             if dwell_s != least_s:
-                times = clock(along[0]), clock(along[-1] + HALF_HOURS_MIN.step)
+                ends_min = along[0], along[-1] + HALF_HOURS_MIN.step
+                times = tuple(clock_of(60 * minute) for minute in ends_min)
                 yield station, *times, str(dwell_s - RESERVE_S), str(dwell_s), factor
         yield station, "", "", str(least_s - RESERVE_S), str(least_s), factor
 
 
 def _booked_s(quiet_s: int, excess_s: float) -> int:
     return UNIT_S * round((quiet_s + max(excess_s, 0.0)) / UNIT_S)
-
-
-def clock(minute: int) -> str:
-    """
-    Return a time of day.
-
-    Parameters
-    ----------
-    minute
-        Minutes after midnight. [min]
-
-    Returns
-    -------
-    str
-        ``HH:MM:00``.
-    """
-    return f"{minute // 60:02d}:{minute % 60:02d}:00"
 
 
 def write_dwells(
@@ -205,7 +191,4 @@ def write_dwells(
     """
     with today.open(encoding="utf-8", newline="") as file:
         rows = {row["station"]: row for row in csv.DictReader(file)}
-    with target.open("w", encoding="utf-8", newline="") as file:
-        written = csv.writer(file, lineterminator="\n")
-        written.writerow(HEADING)
-        written.writerows(dwell_rows(intervals, quiet, list(rows.values())))
+    write_rows(target, [HEADING, *dwell_rows(intervals, quiet, list(rows.values()))])

@@ -13,6 +13,8 @@ from itertools import pairwise
 from math import sqrt
 from pathlib import Path
 
+from tools.csv_files import write_rows
+
 PUBLIC_COLUMNS = 5
 """Columns of a public timetable before its stations. [-]"""
 NORTHBOUND, SOUTHBOUND = "northbound", "southbound"
@@ -210,12 +212,11 @@ def write_intervals(intervals: Sequence[Interval], path: Path) -> None:
     path
         The file.
     """
-    with path.open("w", encoding="utf-8", newline="") as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(field.name for field in fields(Interval))
-        for row in intervals:
-            *texts, mean_s, error_s = astuple(row)
-            rows.writerow([*texts, f"{mean_s:.1f}", f"{error_s:.1f}"])
+    rows: list[Sequence[object]] = [[field.name for field in fields(Interval)]]
+    for row in intervals:
+        *texts, mean_s, error_s = astuple(row)
+        rows.append([*texts, f"{mean_s:.1f}", f"{error_s:.1f}"])
+    write_rows(path, rows)
 
 
 def read_intervals(path: Path) -> list[Interval]:

@@ -14,8 +14,10 @@ from pathlib import Path
 
 from kankaku.railway.plan.driving_style import DrivingStyle
 from kankaku.railway.plan.line import Line
+from kankaku.railway.plan.met import mirrored
 from kankaku.railway.plan.rolling_stock import TrainType
-from tools.driven_speeds import driven_s, mirrored, nearest_speed_kmh
+from tools.csv_files import write_rows
+from tools.driven_speeds import driven_s, nearest_speed_kmh
 from tools.public_runs.intervals import NORTHBOUND, QUIET, SOUTHBOUND, Interval
 
 DWELL_S, DWELL_SPREAD_S = 30.0, 10.0
@@ -128,8 +130,8 @@ def _northbound(
     quiet: Iterable[Interval], south: Sequence[QuietLeg], driven: Driven, fastest_kmh: int
 ) -> Iterable[QuietLeg]:
     line, train_type, style = driven
-    other, far_m = mirrored(line), line.start_m + line.end_m
-    place_m = {station.id: far_m - station.chainage_m for station in line.stations}
+    other = mirrored(line)
+    place_m = {station.id: line.mirrored_m(station.chainage_m) for station in line.stations}
     speed_of = {(leg.to_station, leg.from_station): leg.speed_kmh for leg in south}
     dwell_of = {leg.to_station: leg.dwell_s for leg in south}
     for row in quiet:
@@ -155,10 +157,8 @@ def write_quiet(legs: Sequence[QuietLeg], target: Path) -> None:
     target
         The file.
     """
-    with target.open("w", encoding="utf-8", newline="") as file:
-        written = csv.writer(file, lineterminator="\n")
-        written.writerow([field.name for field in fields(QuietLeg)])
-        written.writerows(astuple(leg) for leg in legs)
+    heading = [field.name for field in fields(QuietLeg)]
+    write_rows(target, [heading, *(astuple(leg) for leg in legs)])
 
 
 def write_speeds(legs: Sequence[QuietLeg], line: Line, target: Path) -> None:
@@ -175,13 +175,12 @@ def write_speeds(legs: Sequence[QuietLeg], line: Line, target: Path) -> None:
         The file.
     """
     place_m = {station.id: station.chainage_m for station in line.stations}
-    with target.open("w", encoding="utf-8", newline="") as file:
-        written = csv.writer(file, lineterminator="\n")
-        written.writerow(["start_km", "end_km", "speed_kmh"])
-        for leg in legs:
-            if leg.direction == SOUTHBOUND:
-                ends_m = place_m[leg.from_station], place_m[leg.to_station]
-                written.writerow([*(at_m / 1000.0 for at_m in ends_m), leg.speed_kmh])
+    rows: list[Sequence[object]] = [["start_km", "end_km", "speed_kmh"]]
+    for leg in legs:
+        if leg.direction == SOUTHBOUND:
+            ends_m = place_m[leg.from_station], place_m[leg.to_station]
+            rows.append([*(at_m / 1000.0 for at_m in ends_m), leg.speed_kmh])
+    write_rows(target, rows)
 
 
 def read_quiet(path: Path) -> list[QuietLeg]:

@@ -1,9 +1,11 @@
 """What has been run already: a line of JSON per finished task, so that a kill loses nothing."""
 
 import json
-import os
 from pathlib import Path
 from typing import TypeAlias
+
+from kankaku.analysis.tables.columns import write_whole
+from kankaku.store.json_lines import append_line, whole_lines
 
 Measured: TypeAlias = dict[str, dict[str, float]]
 """Values by controller and column of the table ``summary``."""
@@ -22,15 +24,13 @@ class Journal:
     def __init__(self, file: Path) -> None:
         self._file = file
         self._known: dict[str, Measured] = {}
-        content = file.read_bytes() if file.exists() else b""
-        *whole, torn = content.split(b"\n")
+        whole = whole_lines(file)
         for line in whole:
             entry = json.loads(line)
             self._known[entry["key"]] = entry["measured"]
-        if torn:
-            # Whoever wrote it was killed.
-            with file.open("r+b") as half:
-                half.truncate(len(content) - len(torn))
+        if file.exists():
+            # Without the half line of who was killed.
+            write_whole(file, b"".join(whole))
 
     def __contains__(self, key: str) -> bool:
         return key in self._known
@@ -49,9 +49,5 @@ class Journal:
         measured
             What it found.
         """
-        line = json.dumps({"key": key, "measured": measured}, sort_keys=True) + "\n"
-        with self._file.open("a", encoding="utf-8") as file:
-            file.write(line)
-            file.flush()
-            os.fsync(file.fileno())
+        append_line(self._file, {"key": key, "measured": measured})
         self._known[key] = measured

@@ -1,29 +1,23 @@
 """Runs of one point: both controllers with the same delays, without SUMO."""
 
-import hashlib
 from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 from typing import NamedTuple
 
-from kankaku import controllers, railway
-from kankaku.analysis import tables
 from kankaku.analysis.tables.run_tables import run_tables
 from kankaku.analysis.tables.summary import summary_frame
-from kankaku.controllers.registry import build
-from kankaku.railway.loop.plain_engine import PlainEngine
-from kankaku.railway.loop.simulate import simulate
-from kankaku.railway.meters.all_meters import all_meters
-from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.shipped import folder_of
-from kankaku.store.fingerprint import content_sha256
+from kankaku.store.fingerprint import content_sha256, sources_sha256
 from kankaku.studies.study import world_of
+from tools.plain_runs import run_plain
 from tools.sensitivity.assumptions import changed
 from tools.sensitivity.journal import Measured
 
 STEP_S = 0.5
+ROOMS = ("analysis.tables", "controllers", "railway")
+"""What decides what a run finds, once its scenario is loaded."""
 MEASURED = (
     "interstation_stop_time_s",
     "mean_arrival_delay_s",
@@ -49,17 +43,6 @@ def centre() -> Scenario:
     return load(folder_of("rush_hour"))
 
 
-def program_sha256() -> str:
-    """Return a digest of the sources that decide what a run finds, once its scenario is loaded."""
-    digest = hashlib.sha256()
-    for package in (controllers, railway, tables):
-        folder = Path(package.__path__[0])
-        for file in sorted(folder.rglob("*.py")):
-            digest.update(file.relative_to(folder).as_posix().encode() + b"\0")
-            digest.update(file.read_bytes() + b"\0")
-    return digest.hexdigest()
-
-
 def keys(tasks: list[Task]) -> dict[Task, str]:
     """
     Return what the result of each task depends on.
@@ -77,7 +60,7 @@ def keys(tasks: list[Task]) -> dict[Task, str]:
     scenarios = {task.places: "" for task in tasks}
     for places in scenarios:
         scenarios[places] = content_sha256(changed(centre(), places))
-    program = program_sha256()
+    program = sources_sha256(ROOMS, ())
     return {
         task: content_sha256((scenarios[task.places], STEP_S, task.seed, program)) for task in tasks
     }
@@ -127,10 +110,7 @@ def measured(
     found = {}
     for spec in scenario.controllers:
         own = world.driven_as(spec.driving)
-        run = Run(own, delays_s, seed, scenario.patience_s, scenario.disruptions, scenario.radio)
-        engine = PlainEngine(own, delays_s, STEP_S)
-        controller = build(spec, own, scenario.radio)
-        record = simulate(run, engine, controller, all_meters(own), progress=progress)
+        record = run_plain(scenario, own, spec, delays_s, seed, progress)
         row = summary_frame([run_tables(record)]).iloc[0]
         found[spec.name] = {name: float(row[name]) for name in MEASURED}
     return found

@@ -8,6 +8,8 @@ from pathlib import Path
 
 from kankaku.scenarios.loading.load_stock import read_stock, to_train_types
 from kankaku.scenarios.reading.files import Reader
+from kankaku.scenarios.reading.units import clock_of
+from tools.csv_files import write_rows
 from tools.whole_line.check import check_folder
 from tools.whole_line.layout import Layout, build_layout, layout_tables
 from tools.whole_line.runs import Usual, fastest_runs, usual_figures
@@ -89,15 +91,10 @@ def write_folder(folder: Path) -> None:
     for trip in trips:
         calls = zip(trip.stations, trip.tracks, times[trip.train], strict=True)
         tables["calls.csv"] += [
-            [trip.train, station, track, *map(_clock, clocks)] for station, track, clocks in calls
+            [trip.train, station, track, *map(clock_of, clocks)] for station, track, clocks in calls
         ]
     for name, rows in tables.items():
-        with (folder / name).open("w", encoding="utf-8", newline="") as file:
-            csv.writer(file, lineterminator="\n").writerows(rows)
-
-
-def _clock(time_s: int) -> str:
-    return f"{time_s // 3600:02d}:{time_s // 60 % 60:02d}:{time_s % 60:02d}"
+        write_rows(folder / name, rows)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -20,6 +20,7 @@ from kankaku.scenarios.loading.load_line import read_line, to_line
 from kankaku.scenarios.loading.load_stock import read_stock, to_train_types
 from kankaku.scenarios.reading.files import Reader
 from kankaku.scenarios.reading.mistakes import ScenarioError
+from kankaku.scenarios.reading.units import clock_of
 from tools.yizhuang.line import STATIONS, TRACK, Rows
 
 PUBLIC_FILE = "public_timetable.csv"
@@ -215,7 +216,7 @@ def timetable_tables(times: Mapping[Leg, LegTimes]) -> dict[str, Rows]:
         train = f"Y{number + 1:02d}"
         services.append([train, TRAIN_TYPE])
         for station, arrival_s, departure_s in _calls(times, FIRST_S + INTERVAL_S * number):
-            calls.append([train, station, TRACK, _clock(arrival_s), _clock(departure_s)])
+            calls.append([train, station, TRACK, clock_of(arrival_s), clock_of(departure_s)])
     return {"dwell_stations.csv": dwells, "services.csv": services, "calls.csv": calls}
 
 
@@ -226,7 +227,3 @@ def _calls(times: Mapping[Leg, LegTimes], leaves_s: int) -> Sequence[tuple[str, 
         arrival_s = found[-1][2] + leg.run_s
         found.append((station, arrival_s, arrival_s + booked_dwell_s(station)))
     return found
-
-
-def _clock(time_s: int) -> str:
-    return f"{time_s // 3600:02d}:{time_s // 60 % 60:02d}:{time_s % 60:02d}"
