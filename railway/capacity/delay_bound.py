@@ -1,0 +1,182 @@
+"""
+The earliest arrivals that any control could reach over a protection: a bound of delay.
+
+Given are the dwell delays and the order in which trains come to each platform. A train departs when
+it is booked to and ready, never sooner; it runs as fast as its drivers do; and it does not arrive
+before the least interval after the train ahead may have left the platform. Each event takes the
+latest of what it waits for, so that the events of a day follow by a recursion in max-plus algebra
+[1]_. What else may keep trains apart is left out: the bound may be lower than what can be reached,
+but no run is below it.
+
+References
+----------
+.. [1] Goverde, *Railway timetable stability analysis using max-plus system theory*,
+   Transportation Research B 41, 2007.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.capacity.least_interval import LeastIntervals, Pair
+from kankaku.railway.compiled import compiled
+from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Foresight
+
+
+class Order(NamedTuple):
+    """Who comes to platforms in which order; arrays of shape (n_events,), first arrival first."""
+
+    row: IntArray
+    """The train."""
+    call: IntArray
+    """Its call."""
+    before: IntArray
+    """The train before it at the same platform track; -1 for none."""
+    left: IntArray
+    """The call of that one there; -1 for none."""
+
+
+def platform_order(world: World, arrival_s: FloatArray) -> Order:
+    """
+    Return who comes after whom at each platform track.
+
+    Parameters
+    ----------
+    world
+        Line, fleet and timetable.
+    arrival_s
+        Actual arrivals; a call that was not reached comes last, in the order of the timetable.
+        [s], shape (n_trains, n_calls_max)
+
+    Returns
+    -------
+    Order
+        All calls of all trains.
+    """
+    calls = arrival_s.shape[1]
+    rows, columns = np.nonzero(np.arange(calls) < world.call_count[:, np.newaxis])
+    times_s, booked_s = arrival_s[rows, columns], world.booked_arrival_s[rows, columns]
+    never = np.isnan(times_s)
+    # Stock that arrives comes before the train that goes on with it at the same moment.
+    origin = columns == 0
+    order = np.lexsort((origin, booked_s, np.where(never, booked_s, times_s), never))
+    rows, columns = rows[order], columns[order]
+    before, left = np.full(rows.size, -1), np.full(rows.size, -1)
+    last: dict[str, int] = {}
+    services = world.timetable.services
+    for event, (row, column) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
+        track = services[row].calls[column].track
+        place = f"{services[row].calls[column].station} {world.line.track_by_id[track].physical}"
+        if place in last:
+            before[event], left[event] = rows[last[place]], columns[last[place]]
+        last[place] = event
+    return Order(rows, columns, before, left)
+
+
+def least_intervals_s(world: World, order: Order, foresight: Foresight | None) -> FloatArray:
+    """
+    Return how long after the train before may have departed each train can arrive.
+
+    Parameters
+    ----------
+    world
+        Line, fleet and timetable.
+    order
+        Who comes after whom.
+    foresight
+        What the protection permits; None where nobody knows.
+
+    Returns
+    -------
+    FloatArray
+        0 where nobody comes before, at origins, and without a protection that is known: no two
+        trains stand at one place. [s], shape (n_events,)
+    """
+    found_s = np.zeros(order.row.size)
+    if foresight is None:
+        return found_s
+    intervals = LeastIntervals(world, foresight)
+    for event in np.flatnonzero((order.before >= 0) & (order.call > 0)).tolist():
+        pair = Pair(*(int(field[event]) for field in (order.before, order.left, *order[:2])))
+        found_s[event] = intervals.of(pair)
+    return found_s
+
+
+def earliest_arrivals_s(
+    world: World,
+    dwell_delay_s: FloatArray,
+    run_times_s: FloatArray,
+    order: Order,
+    interval_s: FloatArray,
+) -> FloatArray:
+    """
+    Return when each train can arrive at the earliest.
+
+    Parameters
+    ----------
+    world
+        Line, fleet and timetable.
+    dwell_delay_s
+        Injected delay beyond the minimum dwell. [s], shape (n_trains, n_calls_max)
+    run_times_s
+        Run times to each call from the one before, of trains that are not late and of those that
+        are. [s], broadcastable to (2, n_trains, n_calls_max)
+    order
+        Who comes after whom at platforms.
+    interval_s
+        From when the train before may depart to the arrival, at least. [s], shape (n_events,)
+
+    Returns
+    -------
+    FloatArray
+        Arrivals, nan past a train's last call. [s], shape (n_trains, n_calls_max)
+    """
+    shape = dwell_delay_s.shape
+    calls = shape[1]
+    return _propagated(
+        tuple(order),
+        interval_s,
+        (world.booked_arrival_s[:, :calls], world.booked_departure_s[:, :calls]),
+        world.minimum_dwell_s[:, :calls] + dwell_delay_s,
+        np.ascontiguousarray(np.broadcast_to(run_times_s, (2, *shape))),
+        (world.stock_from, world.call_count),
+        world.driving.late_after_s,
+    )
+
+
+@compiled
+def _propagated(  # noqa: PLR0917 - compiled functions take plain arrays
+    order: tuple[IntArray, IntArray, IntArray, IntArray],
+    interval_s: FloatArray,
+    booked_s: tuple[FloatArray, FloatArray],
+    dwell_s: FloatArray,
+    run_times_s: FloatArray,
+    stock: tuple[IntArray, IntArray],
+    late_after_s: float,
+) -> FloatArray:
+    (rows, calls, before, left), (booked_arrival_s, booked_departure_s) = order, booked_s
+    stock_from, call_count = stock
+    arrival_s, departure_s = np.full_like(dwell_s, np.nan), np.full_like(dwell_s, np.nan)
+    for event in range(rows.size):
+        row, call = rows[event], calls[event]
+        if call > 0:
+            start_s = departure_s[row, call - 1]
+            # To depart later may make a train late, and hurry: that can be the sooner arrival.
+            hurries_s = max(start_s, booked_departure_s[row, call - 1] + late_after_s)
+            earliest_s = min(
+                start_s + run_times_s[0, row, call], hurries_s + run_times_s[1, row, call]
+            )
+        elif stock_from[row] >= 0:
+            bringer = stock_from[row]
+            earliest_s = departure_s[bringer, call_count[bringer] - 1]
+        else:
+            earliest_s = booked_arrival_s[row, 0]
+        if before[event] >= 0:
+            clear_s = departure_s[before[event], left[event]] + interval_s[event]
+            earliest_s = max(earliest_s, clear_s)
+        arrival_s[row, call] = earliest_s
+        ready_s = earliest_s + dwell_s[row, call]
+        departure_s[row, call] = max(ready_s, booked_departure_s[row, call])
+    return arrival_s
