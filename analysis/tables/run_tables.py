@@ -14,6 +14,7 @@ from kankaku.analysis.tables.columns import csv_text, read_csv, rows_frame, type
 from kankaku.analysis.tables.energy import energy_frame
 from kankaku.analysis.tables.interstation import stops_frame
 from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.capacity.delay_bound import arrival_bounds_s
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.records import (
     CALLS,
@@ -124,6 +125,7 @@ def _calls_frame(record: RunRecord, run_times_s: FloatArray) -> pd.DataFrame:
                 booked_arrival_s, booked_departure_s, minimum_dwell_s, dwell_delay_s
             ),
             "unhindered_arrival_s": unhindered_s,
+            "arrival_bound_s": arrival_bounds_s(record, run_times_s)[made],
             "secondary_delay_s": delay.secondary_delay_s(
                 arrival_s, unhindered_s, booked_arrival_s, record.end_s
             ),

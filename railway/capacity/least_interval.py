@@ -235,9 +235,7 @@ class LeastIntervals:
             self._arrivals[way_in] = remaining_times(way)
         return self._arrivals[way_in]
 
-    def _departure(
-        self, pair: Pair, gone_m: float
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _departure(self, pair: Pair, gone_m: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return moments since it may depart, and the leader's places and speeds then."""
         world, way_out = self._world, self._way_out(pair.leader, pair.leaves)
         kind, start_m, end_m = way_out
@@ -248,9 +246,7 @@ class LeastIntervals:
             speeds_mps = 0.0, train_type.maximum_speed_mps
             if pair.leaves + 1 < world.call_count[pair.leader]:
                 speeds_mps = 0.0, 0.0
-            way = way_on(
-                self._foresight.profile, kind, train_type, (start_m, end_m), speeds_mps
-            )
+            way = way_on(self._foresight.profile, kind, train_type, (start_m, end_m), speeds_mps)
             self._departures[way_out] = fastest(way)
         run = self._departures[way_out]
         moments_s = np.arange(0.0, min(run.run_time_s, LONGEST_S), MOMENTS_S)

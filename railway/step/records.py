@@ -8,6 +8,7 @@ import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Foresight
 from kankaku.railway.step.obstructions import Obstruction
 
 
@@ -46,6 +47,12 @@ CALLS = (
     Column("dwell_delay_s", "float64", "s", "injected dwell beyond the minimum"),
     Column("primary_delay_s", "float64", "s", "injected dwell beyond the booked slack"),
     Column("unhindered_arrival_s", "float64", "s", "arrival were no other train on the line"),
+    Column(
+        "arrival_bound_s",
+        "float64",
+        "s",
+        "no control over this protection arrives sooner; order and driving as they were",
+    ),
     Column(
         "secondary_delay_s",
         "float64",
@@ -255,3 +262,5 @@ class RunRecord:
     """Trains that were still under way, or had not entered, when the run ended."""
     end_s: float = np.nan
     """When the run ended; not a number where nobody knows. [s]"""
+    foresight: Foresight | None = None
+    """What its protection says beforehand; None where nobody knows, or a peer drives."""
