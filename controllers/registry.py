@@ -38,10 +38,8 @@ from kankaku.controllers.protection.digital_atc import DigitalAtc, DigitalAtcOpt
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
 from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
-from kankaku.controllers.stochastic.stochastic_approach import (
-    StochasticApproach,
-    StochasticApproachOptions,
-)
+from kankaku.controllers.stochastic.approach_options import StochasticApproachOptions
+from kankaku.controllers.stochastic.stochastic_approach import StochasticApproach
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.errors import KankakuError, sentence_of, suggesting
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec, keeps_pace

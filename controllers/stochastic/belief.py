@@ -76,7 +76,7 @@ class Belief:
         FloatArray
             Never below a least hazard. [-], shape (bins,)
         """
-        ends_s = bin_s * np.arange(bins + 1) + HALF_S
+        ends_s = HALF_S + bin_s * np.arange(bins + 1, dtype=np.float64)
         left = 1.0 - self.cumulative(ends_s, scale)
         with np.errstate(divide="ignore", invalid="ignore"):
             hazard = 1.0 - left[1:] / left[:-1]
@@ -114,7 +114,7 @@ class Belief:
         FloatArray
             Where a delay that is not longer counts as no excess. [s], shape (n_seconds,)
         """
-        left = 1.0 - self.cumulative(np.arange(LONGEST_S) + HALF_S, scale)
+        left = 1.0 - self.cumulative(HALF_S + np.arange(LONGEST_S, dtype=np.float64), scale)
         return np.cumsum(left[::-1])[::-1]
 
     @cached_property
@@ -164,19 +164,15 @@ class Belief:
     def _after_score(self) -> FloatArray:
         from scipy.special import ndtr, ndtri  # noqa: PLC0415 - takes long to import
 
+        def delays_s(scores: FloatArray) -> FloatArray:
+            measured_s = np.interp(ndtr(scores), self.expected.levels, self.expected.delays_s)
+            return np.minimum(self.expected.scale * measured_s, self.expected.cap_s)
+
         correlation = self.expected.trip_correlation
         draws = ndtri((np.arange(DRAWS) + 0.5) / DRAWS)
-        scores = correlation * SCORES[:, None] + np.sqrt(1.0 - correlation**2) * draws
-        measured_s = np.interp(ndtr(scores), self.expected.levels, self.expected.delays_s)
-        delays_s = np.minimum(self.expected.scale * measured_s, self.expected.cap_s)
-        mean_s = float(
-            np.minimum(
-                self.expected.scale
-                * np.interp(ndtr(draws), self.expected.levels, self.expected.delays_s),
-                self.expected.cap_s,
-            ).mean()
-        )
+        mean_s = float(delays_s(draws).mean())
         if mean_s <= 0.0:
             return np.ones(SCORES.size)
-        factors: FloatArray = delays_s.mean(axis=1) / mean_s
+        scores = correlation * SCORES[:, None] + np.sqrt(1.0 - correlation**2) * draws
+        factors: FloatArray = delays_s(scores).mean(axis=1) / mean_s
         return factors

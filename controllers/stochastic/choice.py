@@ -5,7 +5,7 @@ import numpy as np
 from kankaku.controllers.forecast import Booked, Called, departures_s
 from kankaku.controllers.stochastic.approach_site import Approach
 from kankaku.controllers.stochastic.belief import LEVELS
-from kankaku.controllers.stochastic.run_in import Costs
+from kankaku.controllers.stochastic.run_in import Costs, drag_at_mps2
 from kankaku.controllers.stochastic.site_tables import NO_SITE, Stack, approach_of
 from kankaku.controllers.stochastic.waiting import (
     ACTIONS,
@@ -18,7 +18,6 @@ from kankaku.controllers.stochastic.waiting import (
     look_ahead,
     rate_mps2,
 )
-from kankaku.controllers.stochastic.run_in import drag_at_mps2
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled
 from kankaku.railway.step.state import Whereabouts

@@ -22,6 +22,8 @@ LONGEST_S = 400.0
 """A run that takes longer is as bad as one that never ends. [s]"""
 NEARLY_M = 5.0
 """The last metres before the stop are braked evenly. [m]"""
+GIVEN_BACK_S = 1.0
+"""Braking into a stop gives back energy of less worth. [s]"""
 LEAST_MPS = 0.05
 SLOW_MPS = 10.0 / 3.6
 """Below this a train crawls. [m/s]"""
@@ -151,14 +153,14 @@ def energy_kwh(
     if force >= 0.0:
         return approach.traction_kwh * force * mean * lasts_s
     greatest, power = approach.electric_mps2, approach.electric_wpkg
-    electric = electric_brake_n(mean, greatest, power, approach.cutoff_mps)
+    electric = float(electric_brake_n(mean, greatest, power, approach.cutoff_mps))
     return -approach.electric_kwh * min(-force, electric) * mean * lasts_s
 
 
 @compiled
 def run_in(
-    site: Site, front_m: float, speed_mps: float, cap_mps: float, costs: Costs
-) -> tuple[float, float]:
+    site: Site, motion: tuple[float, float], cap_mps: float, costs: Costs, bound_s: float
+) -> tuple[float, float, float]:
     """
     Run a follower in after the release of its leader.
 
@@ -166,42 +168,41 @@ def run_in(
     ----------
     site
         The site.
-    front_m
-        Where the follower is at the release. [m]
-    speed_mps
-        Its speed. [m/s]
+    motion
+        Front [m] and speed [m/s] of the follower at the release.
     cap_mps
         Speed that it does not exceed. [m/s]
     costs
         What things cost.
+    bound_s
+        A run that costs more need not be run to its end. [s]
 
     Returns
     -------
-    tuple[float, float]
-        From the release to its arrival [s], and the cost of that [s].
+    tuple[float, float, float]
+        From the release to its arrival [s], the cost of that [s], and the greatest speed [m/s].
     """
-    way, speed, gained = site.approach, speed_mps, 0.0
+    way, (front_m, speed), gained = site.approach, motion, 0.0
     place, last = (front_m - way.from_m) / way.place_m, (site.stop_m - way.from_m) / way.place_m
-    moment, cost, brakes = 0, 0.0, way.brake_mps2 * MOMENT_S
+    passed_s, cost, brakes, peak = 0.0, 0.0, way.brake_mps2 * MOMENT_S, speed
     while (last - place) * way.place_m > NEARLY_M:
-        if moment * MOMENT_S > LONGEST_S:
-            return LONGEST_S, LONGEST_S * (1.0 + costs.standing)
+        if passed_s > LONGEST_S or passed_s + cost > bound_s + GIVEN_BACK_S:
+            return LONGEST_S, LONGEST_S * (1.0 + costs.standing), peak
         drag = drag_at_mps2(way, place)
         rate = min(by_speed(way.pull_mps2, speed) - drag, gained + way.jerk_mps3 * MOMENT_S)
         wish = min(speed + rate * MOMENT_S, max(cap_mps, speed - brakes))
         ahead = place + 0.5 * (speed + wish) * MOMENT_S / way.place_m
-        kept = math.sqrt(max(permitted_v2_at(site, moment, ahead), 0.0))
+        kept = math.sqrt(permitted_v2_at(site, round(passed_s / MOMENT_S), ahead))
         after = max(min(wish, kept), speed - brakes, 0.0)
         mean, gained = 0.5 * (speed + after), (after - speed) / MOMENT_S
         cost += costs.kwh_s * energy_kwh(way, (speed, after), drag, MOMENT_S)
         if mean < SLOW_MPS:
             cost += costs.standing * MOMENT_S
         place += mean * MOMENT_S / way.place_m
-        speed = after
-        moment += 1
-    passed_s = moment * MOMENT_S
+        speed, peak = after, max(peak, after)
+        passed_s += MOMENT_S
     passed_s += 2.0 * max(last - place, 0.0) * way.place_m / max(speed, LEAST_MPS)
-    return passed_s, cost + passed_s
+    return passed_s, cost + passed_s, peak
 
 
 @compiled
@@ -218,7 +219,7 @@ def best_cap(
     motion
         Front [m] and speed [m/s] of the follower at the release.
     caps_mps
-        The caps. [m/s], shape (n_caps,)
+        The caps, falling; the first one for none. [m/s], shape (n_caps,)
     costs
         What things cost.
 
@@ -227,10 +228,37 @@ def best_cap(
     tuple[float, float]
         Its cost [s], and the cap [m/s].
     """
-    front_m, speed_mps = motion
-    least, chosen = math.inf, caps_mps[-1]
-    for cap_mps in caps_mps:
-        _, cost = run_in(site, front_m, speed_mps, cap_mps, costs)
-        if cost < least:
-            least, chosen = cost, cap_mps
+    chosen = caps_mps[0]
+    _, least, peak = run_in(site, motion, chosen, costs, math.inf)
+    for cap_mps in caps_mps[1:]:
+        if cap_mps < peak:
+            _, cost, _ = run_in(site, motion, cap_mps, costs, least)
+            if cost < least:
+                least, chosen = cost, cap_mps
     return least, chosen
+
+
+@compiled
+def run_in_cap_mps(
+    site_fields: Plain, motion: tuple[float, float], caps_mps: FloatArray, costs_fields: Plain
+) -> float:
+    """
+    Return the cheapest speed cap to run in under; see :func:`best_cap`.
+
+    Parameters
+    ----------
+    site_fields
+        Of a site, plain.
+    motion
+        Front [m] and speed [m/s] of the follower at the release.
+    caps_mps
+        The caps, falling. [m/s], shape (n_caps,)
+    costs_fields
+        What things cost, plain.
+
+    Returns
+    -------
+    float
+        The cap. [m/s]
+    """
+    return best_cap(site_of(site_fields), motion, caps_mps, Costs(*costs_fields))[1]

@@ -1,16 +1,22 @@
 """The tables of all sites that a run has met, in one stack for compiled functions."""
 
+import hashlib
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from kankaku.controllers.stochastic.approach_site import Approach, Site
-from kankaku.controllers.stochastic.waiting import Tables
+from kankaku.controllers.stochastic.belief import Belief
+from kankaku.controllers.stochastic.run_in import Costs
+from kankaku.controllers.stochastic.waiting import Tables, make_tables
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import Plain, compiled, plain
 
 NO_SITE = -1
+MOST_MADE = 64
+"""Sites whose tables a process keeps from run to run."""
+_MADE: dict[bytes, Tables] = {}
 ARRAYS = ("drag_mps2", "pull_mps2", "coast_mps2")
 NUMBERS = tuple(name for name in Approach._fields if name not in ARRAYS)
 
@@ -73,6 +79,43 @@ class SiteTables:
         if self.stack:
             new = [np.concatenate(pair) for pair in zip(self.stack, new, strict=True)]
         self.stack = plain(Stack(*new))
+
+
+def tables_of(
+    site: Site, belief: Belief, scale: float, costs: Costs, sizes: tuple[FloatArray, int]
+) -> Tables:
+    """
+    Return the tables of a site; see :func:`~kankaku.controllers.stochastic.waiting.make_tables`.
+
+    They are made once for the same content: runs of many seeds in one process share them.
+
+    Parameters
+    ----------
+    site
+        The site.
+    belief
+        What is expected of the leader's delay.
+    scale
+        Factor on that. [-]
+    costs
+        What things cost.
+    sizes
+        Speed caps for running in [m/s], and from how many times of an overstay to plan.
+
+    Returns
+    -------
+    Tables
+        Not to be written to.
+    """
+    content = hashlib.sha256(repr((belief, scale, costs, sizes[1])).encode())
+    for part in (*site.approach, site.stop_m, site.permitted_v2, sizes[0]):
+        content.update(np.asarray(part, dtype=np.float64).tobytes())
+    key = content.digest()
+    if key not in _MADE:
+        while len(_MADE) >= MOST_MADE:
+            del _MADE[next(iter(_MADE))]
+        _MADE[key] = make_tables(site, belief, scale, costs, sizes)
+    return _MADE[key]
 
 
 @compiled

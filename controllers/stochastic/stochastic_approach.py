@@ -6,7 +6,6 @@ chooses its acceleration, once a second, by the least cost to come: delay, stand
 between stations, and energy. At the release it chooses the speed that it holds into the platform.
 """
 
-from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,22 +14,20 @@ from kankaku.controllers.forecast import (
     Booked,
     Called,
     DepartureForecast,
-    departures_s,
     waits_for_leader,
 )
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS
-from kankaku.controllers.options import OptionError, require
+from kankaku.controllers.stochastic.approach_options import StochasticApproachOptions
 from kankaku.controllers.stochastic.approach_site import Site, approach_site
 from kankaku.controllers.stochastic.belief import LEVELS, WORTH_CALLS, Belief
 from kankaku.controllers.stochastic.choice import choose
-from kankaku.controllers.stochastic.run_in import Costs, best_cap
-from kankaku.controllers.stochastic.site_tables import NO_SITE, SiteTables
-from kankaku.controllers.stochastic.waiting import Tables, make_tables, times_of
+from kankaku.controllers.stochastic.run_in import Costs, run_in_cap_mps
+from kankaku.controllers.stochastic.site_tables import NO_SITE, SiteTables, tables_of
+from kankaku.controllers.stochastic.waiting import Tables, times_of
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.motion.kinematics import two_stage_speed_mps
 from kankaku.railway.motion.run_up import RunUp
-from kankaku.railway.plan.dwell import DwellDelays
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
 from kankaku.railway.step.state import (
@@ -38,7 +35,6 @@ from kankaku.railway.step.state import (
     NO_VERSION,
     Advice,
     Authority,
-    Events,
     LineState,
     Whereabouts,
 )
@@ -46,65 +42,9 @@ from kankaku.railway.step.state import (
 APPROACH, RUN_IN, QUEUE = 0, 1, 2
 DECIDE_S = 1.0
 """So often accelerations are chosen. [s]"""
-CAPS_MPS = np.append(np.arange(4.0, 27.0, 2.0), NO_CEILING_MPS)
+CAPS_MPS = np.append(NO_CEILING_MPS, np.arange(26.0, 3.0, -2.0))
+"""Speeds to be held into a platform; plans are made with every second one. [m/s]"""
 ROUNDING_S = 1e-6
-
-
-@dataclass(frozen=True, slots=True)
-class StochasticApproachOptions:
-    """Options of the stochastic approach; what is told is what the scenario says, or else."""
-
-    standing_cost: float = 0.3
-    """What a second slower than 10 km/h between stations costs, in seconds of delay. [-]"""
-    energy_cost_s_per_kwh: float = 0.02
-    """What a kilowatt-hour costs, in seconds of delay. [s/kWh]"""
-    learns: bool = True
-    """Delays that have been seen change what is expected."""
-    told_scale: float = 1.0
-    """Factor on the delays that the planner is told of. [-]"""
-    told_cap_s: float = 0.0
-    """Longest delay that it is told of; 0 for that of the scenario. [s]"""
-    told_levels: tuple[float, ...] = ()
-    """Cumulative probabilities of another distribution that it is told. [-]"""
-    told_delays_s: tuple[float, ...] = ()
-    """The delays at these, for a factor of 1. [s]"""
-
-    def __post_init__(self) -> None:
-        require("standing_cost", self.standing_cost, 0.0, 100.0)
-        require("energy_cost_s_per_kwh", self.energy_cost_s_per_kwh, 0.0, 10.0)
-        require("told_scale", self.told_scale, 0.01, 100.0)
-        require("told_cap_s", self.told_cap_s, 0.0, 3600.0)
-        levels, delays_s = self.told_levels, self.told_delays_s
-        if len(levels) != len(delays_s) or len(levels) == 1:
-            problem = f"told_levels has {len(levels)} values, told_delays_s {len(delays_s)}"
-            raise OptionError(problem, "as many, two at least, or none")
-        rising = list(levels) == sorted(set(levels)) and list(delays_s) == sorted(delays_s)
-        if levels and not (rising and levels[0] == 0.0 and levels[-1] == 1.0 and delays_s[0] >= 0):
-            raise OptionError(
-                "told_levels and told_delays_s are no distribution",
-                "levels that rise from 0 to 1, delays of 0 or more that do not fall",
-            )
-
-    def told(self, expected: DwellDelays) -> DwellDelays:
-        """
-        Return what the planner is told of dwell delays.
-
-        Parameters
-        ----------
-        expected
-            What the scenario says.
-
-        Returns
-        -------
-        DwellDelays
-            That, changed by the options.
-        """
-        if self.told_levels:
-            expected = replace(
-                expected, levels=self.told_levels, delays_s=self.told_delays_s, scale=1.0
-            )
-        cap_s = self.told_cap_s or expected.cap_s
-        return replace(expected, scale=expected.scale * self.told_scale, cap_s=cap_s)
 
 
 class ApproachPlans(NamedTuple):
@@ -250,7 +190,7 @@ class StochasticApproach:
                 motion = float(state.front_m[row]), float(state.speed_mps[row])
                 if motion[0] < site.approach.limit_m - 1500.0:
                     continue
-                cap_mps[row] = best_cap(site, motion, CAPS_MPS, Costs(*self._costs))[1]
+                cap_mps[row] = run_in_cap_mps(plain(site), motion, CAPS_MPS, self._costs)
         return cap_mps
 
     def _learn(self, state: LineState, memory: ApproachPlans) -> ApproachPlans:
@@ -294,8 +234,8 @@ class StochasticApproach:
         site = approach_site(self._world, self._foresight, row, calls)
         if site is None:
             return None
-        sizes = CAPS_MPS, self._times
-        return site, make_tables(site, self._belief, factor, Costs(*self._costs), sizes)
+        sizes = CAPS_MPS[::2].copy(), self._times
+        return site, tables_of(site, self._belief, factor, Costs(*self._costs), sizes)
 
 
 def _delay_factors(world: World) -> FloatArray:

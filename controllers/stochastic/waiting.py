@@ -14,6 +14,7 @@ and before its earliest departure the same without a hazard (Bellman 1957; for a
 of a wait see Bertsekas 2017, section 3.4).
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +44,8 @@ BEFORE_S = 128.0
 """So long before the earliest departure plans begin. [s]"""
 LONGEST_DELAY_S = 260.0
 """Nobody plans for longer delays; a plan for this one is kept. [s]"""
+SETTLED = 60
+"""Looks ahead after which a plan for a delay without end changes no more."""
 LEVEL_COUNT = len(LEVELS)
 SLACKS = 300
 """Seconds between readiness and booked departure that are told apart."""
@@ -152,7 +155,7 @@ def distance_cell(approach: Approach, distance_m: float) -> float:
         From 0 to the last but a little.
     """
     share = min(max(distance_m / (approach.limit_m - approach.from_m), 0.0), 1.0)
-    return min(np.sqrt(share) * (DISTANCES - 1), DISTANCES - 1.001)
+    return min(math.sqrt(share) * (DISTANCES - 1), DISTANCES - 1.001)
 
 
 @compiled
@@ -340,26 +343,17 @@ def _grid(
 
 
 @compiled
-def _least(
-    grid: Grid, node: tuple[int, int], after: FloatArray, later: FloatArray, hazard: float
-) -> float:
-    row, column = node
-    least = np.inf
-    for action in range(ACTIONS):
-        place, share = grid.place[row, column, action], grid.share[row, column, action]
-        cost = grid.cost_s[row, column, action] + (1.0 - hazard) * between(later, place, share)
-        if hazard > 0.0:
-            cost += hazard * between(after, place, share)
-        least = min(least, cost)
-    return least
-
-
-@compiled
-def _step_back(grid: Grid, after: FloatArray, later: FloatArray, hazard: float) -> FloatArray:
-    now = np.empty_like(later)
+def _step_back(grid: Grid, to_come: FloatArray) -> FloatArray:
+    """Return the least costs a look ahead earlier, by those to come then."""
+    now = np.empty_like(to_come)
     for row in range(DISTANCES):
         for column in range(SHARES):
-            now[row, column] = _least(grid, (row, column), after, later, hazard)
+            least = np.inf
+            for action in range(ACTIONS):
+                place, share = grid.place[row, column, action], grid.share[row, column, action]
+                cost = grid.cost_s[row, column, action] + between(to_come, place, share)
+                least = min(least, cost)
+            now[row, column] = least
     return now
 
 
@@ -369,11 +363,12 @@ def _during(grid_fields: Plain, after: FloatArray, hazards: FloatArray) -> Float
     grid, (levels, times) = Grid(*grid_fields), hazards.shape
     costs = np.zeros((levels, times, DISTANCES, SHARES))
     for level in range(levels):
-        later = after
-        for _ in range(times):
-            later = _step_back(grid, after, later, hazards[level, times - 1])
+        later, last = after, hazards[level, times - 1]
+        for _ in range(SETTLED):
+            later = _step_back(grid, last * after + (1.0 - last) * later)
         for time in range(times - 1, -1, -1):
-            later = _step_back(grid, after, later, hazards[level, time])
+            hazard = hazards[level, time]
+            later = _step_back(grid, hazard * after + (1.0 - hazard) * later)
             costs[level, time] = later
     return costs
 
@@ -387,6 +382,6 @@ def _before(grid_fields: Plain, ends: FloatArray, times: int) -> FloatArray:
         later = ends[end]
         costs[end, 0] = later
         for time in range(1, times + 1):
-            later = _step_back(grid, later, later, 0.0)
+            later = _step_back(grid, later)
             costs[end, time] = later
     return costs
