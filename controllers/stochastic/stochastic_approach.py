@@ -53,8 +53,8 @@ class ApproachPlans(NamedTuple):
     calls_version: int
     called: Plain
     """Of :class:`~kankaku.controllers.forecast.Called`, as of that version."""
-    site: IntArray
-    """The site that each train approaches; ``NO_SITE`` for none."""
+    approaches: tuple[tuple[int, int, int] | None, ...]
+    """Next call of each train that approaches a platform, its leader, and that one's call."""
     cap_mps: FloatArray
     """Speed held after the leader's release, until the stop. [m/s]"""
     scale: FloatArray
@@ -100,7 +100,10 @@ class StochasticApproach:
         self._factor = _delay_factors(world)
         self._times = times_of(self._belief, float(self._factor.max()))
         self._tables = SiteTables()
-        self._no_longer_s = np.zeros(world.size)
+        self._no_plan = np.full(world.size, np.inf)
+        nowhere: tuple[tuple[int, int, int] | None, ...] = ()
+        # Of the approaches that steps asked for last: the memory knows nothing of the stack.
+        self._numbered = nowhere, np.zeros(0, dtype=np.intp)
 
     def initial(self) -> ApproachPlans:
         """Return the memory before the first step: no train approaches anything."""
@@ -108,7 +111,7 @@ class StochasticApproach:
         return ApproachPlans(
             calls_version=NO_VERSION,
             called=(),
-            site=np.full(size, NO_SITE, dtype=np.intp),
+            approaches=(None,) * size,
             cap_mps=np.full(size, NO_CEILING_MPS),
             scale=np.ones(size),
             planned_mps=np.zeros(size),
@@ -126,9 +129,7 @@ class StochasticApproach:
         changed = state.calls_version != memory.calls_version or bool(state.events)
         if changed:
             memory = self._with_events(state, memory)
-        if self._tables.stack and (
-            changed or state.time_s >= memory.decided_s + DECIDE_S - ROUNDING_S
-        ):
+        if changed or state.time_s >= memory.decided_s + DECIDE_S - ROUNDING_S:
             memory = self._decide(state, memory)
         ceiling_mps, reason, cause = _ceilings(
             state.whereabouts,
@@ -140,13 +141,16 @@ class StochasticApproach:
         return Advice(ceiling_mps, reason, cause), memory
 
     def _decide(self, state: LineState, memory: ApproachPlans) -> ApproachPlans:
-        rate_mps2 = choose(
-            state.time_s,
-            state.whereabouts,
-            (memory.called, self._known),
-            (memory.site, memory.scale, self._certain),
-            (self._tables.stack, self._costs),
-        )
+        sites = self._site_numbers(memory.approaches)
+        rate_mps2 = self._no_plan
+        if self._tables.stack:
+            rate_mps2 = choose(
+                state.time_s,
+                state.whereabouts,
+                (memory.called, self._known),
+                (sites, memory.scale, self._certain),
+                (self._tables.stack, self._costs),
+            )
         return memory._replace(
             planned_mps=state.speed_mps, rate_mps2=rate_mps2, decided_s=state.time_s
         )
@@ -158,39 +162,33 @@ class StochasticApproach:
         if self._learns and not self._certain:
             memory = self._learn(state, memory)
         cap_mps = self._caps_mps(state, memory)
-        site, scale = memory.site.copy(), memory.scale.copy()
-        factor = self._run_factor(memory)
-        for row in range(self._world.size):
-            site[row] = NO_SITE
-            if waits[row] and state.running[row]:
-                leader = int(state.leader[row])
-                leaders_call = int(state.next_call[leader])
-                calls = int(state.next_call[row]), leader, leaders_call
-                site[row] = self._site_number(row, calls)
-                after = self._belief.after_score(float(memory.score[leader]))
-                scale[row] = np.clip(factor * after, LEVELS[0], LEVELS[-1])
+        scale, factor = memory.scale.copy(), self._run_factor(memory)
+        approaches: list[tuple[int, int, int] | None] = [None] * self._world.size
+        for row in np.flatnonzero(waits & state.running).tolist():
+            leader = int(state.leader[row])
+            approaches[row] = int(state.next_call[row]), leader, int(state.next_call[leader])
+            after = self._belief.after_score(float(memory.score[leader]))
+            scale[row] = min(max(factor * after, LEVELS[0]), LEVELS[-1])
         return memory._replace(
             calls_version=state.calls_version,
             called=called,
-            site=site,
+            approaches=tuple(approaches),
             scale=scale,
             cap_mps=cap_mps,
         )
 
     def _caps_mps(self, state: LineState, memory: ApproachPlans) -> FloatArray:
         """Choose how fast to run in behind the trains that were released now."""
-        events = state.events
-        cap_mps = memory.cap_mps.copy()
-        cap_mps[~state.running] = NO_CEILING_MPS
-        for gone in (*events.released, *events.left):
-            for row in np.flatnonzero((memory.site != NO_SITE) & state.running).tolist():
-                if Called(*memory.called).leader[row] != gone:
-                    continue
-                site = self._tables.sites[memory.site[row]]
-                motion = float(state.front_m[row]), float(state.speed_mps[row])
-                if motion[0] < site.approach.limit_m - 1500.0:
-                    continue
-                cap_mps[row] = run_in_cap_mps(plain(site), motion, CAPS_MPS, self._costs)
+        gone = {*state.events.released, *state.events.left}
+        cap_mps = np.where(state.running, memory.cap_mps, NO_CEILING_MPS)
+        for row, approached in enumerate(memory.approaches) if gone else ():
+            if approached is None or approached[1] not in gone or not state.running[row]:
+                continue
+            number = self._site_number(row, approached)
+            front_m, speed_mps = float(state.front_m[row]), float(state.speed_mps[row])
+            if number != NO_SITE and front_m >= self._tables.sites[number].approach.from_m:
+                site, motion = plain(self._tables.sites[number]), (front_m, speed_mps)
+                cap_mps[row] = run_in_cap_mps(site, motion, CAPS_MPS, self._costs)
         return cap_mps
 
     def _learn(self, state: LineState, memory: ApproachPlans) -> ApproachPlans:
@@ -217,6 +215,15 @@ class StochasticApproach:
         if known_s <= 0.0:
             return 1.0
         return (known_s + memory.seen_s) / (known_s + memory.awaited_s)
+
+    def _site_numbers(self, approaches: tuple[tuple[int, int, int] | None, ...]) -> IntArray:
+        if approaches is not self._numbered[0]:
+            numbers = [
+                NO_SITE if calls is None else self._site_number(row, calls)
+                for row, calls in enumerate(approaches)
+            ]
+            self._numbered = approaches, np.array(numbers, dtype=np.intp)
+        return self._numbered[1]
 
     def _site_number(self, row: int, calls: tuple[int, int, int]) -> int:
         world, (call, leader, leaders_call) = self._world, calls
