@@ -38,6 +38,8 @@ from kankaku.controllers.protection.digital_atc import DigitalAtc, DigitalAtcOpt
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
 from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
+from kankaku.controllers.stochastic.approach_options import StochasticApproachOptions
+from kankaku.controllers.stochastic.stochastic_approach import StochasticApproach
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.errors import KankakuError, sentence_of, suggesting
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec, keeps_pace
@@ -119,6 +121,17 @@ OPERATIONS = Registry(
             ApproachPointControl,
             ApproachPointOptions,
             "passes the approach point when the way becomes free (Sakai 2020)",
+        ),
+        "stochastic_approach": Layer(
+            StochasticApproach,
+            StochasticApproachOptions,
+            "by the least cost to come while a leader may leave its platform at any moment",
+        ),
+        "clairvoyant": Layer(
+            StochasticApproach,
+            StochasticApproachOptions,
+            "the same, told when leaders will depart: for comparison only",
+            knows_future=True,
         ),
         "eco": Layer(
             Eco, EcoOptions, "arrives at the booked time with the least energy (Kawashima 1991)"
