@@ -29,6 +29,8 @@ SMALL = 6.5
 """Size of numbers and names. [pt]"""
 LETTERS, SPARE_LETTERS = 66, 8
 """Letters that fit beside each other in the legend of one scenario, and what a column takes. [-]"""
+ROOM = np.array([0.07, 0.14])
+"""Room beside what is shown, for the numbers; of its width and height. [-]"""
 LIMIT = "#777777"
 NO_STOP = (0, (1, 2))
 """Dashes of the line where no train stands between stations."""
@@ -97,6 +99,7 @@ def pareto_figure(table: pd.DataFrame) -> Figure:
         figure.align_ylabels()
         # Only now is it known where the points lie on the paper.
         figure.draw_without_rendering()
+        figure.set_layout_engine("none")
         for axes in panels.ravel():
             _number(axes)
     return figure
@@ -150,14 +153,14 @@ def _scenario(panels: Sequence[Axes], table: pd.DataFrame, names: Sequence[str])
         _front(axes, [point for point in points if not point.knows_future])
         for point in points:
             _draw(axes, point, filled=names[point.number] in best)
-        if indicator == DELAY:
-            _bounds(axes, points, rows)
+        also = _bounds(axes, points, rows) if indicator == DELAY else []
         if x_unit == "%":
+            also.append((-100.0, 0.0))
             axes.axvline(-100.0, color=LIMIT, linewidth=0.6, linestyle=NO_STOP)
         axes.set_ylabel(f"{_short(indicator)} [{unit}]", fontsize=7.0)
         axes.tick_params(labelsize=SMALL, length=2.0)
         plain_frame(axes)
-        axes.margins(0.09, 0.16)
+        _show(axes, points, also)
     panels[-1].set_xlabel(f"{_short(STOPS)} [{x_unit}]", fontsize=7.0)
 
 
@@ -214,20 +217,37 @@ def _draw(axes: Axes, point: Point, *, filled: bool) -> None:
     )
 
 
-def _bounds(axes: Axes, points: Sequence[Point], rows: Sequence[dict[str, Any]]) -> None:
-    """Draw how low any control could bring each controller's delay."""
+def _bounds(
+    axes: Axes, points: Sequence[Point], rows: Sequence[dict[str, Any]]
+) -> list[tuple[float, float]]:
+    """Draw how low any control could bring each controller's delay; return where that is."""
+    found = []
     for point, row in zip(points, rows, strict=True):
         if np.isnan(row[BOUND]):
             continue
         x, y = point.change
         least = y - (row[DELAY] - row[BOUND])
         tone = _look(point.number, point.knows_future)["color"]
-        axes.plot(
-            [x, x], [least, y], color=tone, linewidth=0.5, linestyle=(0, (1, 1.5)), zorder=1.6
-        )
+        axes.plot([x, x], [least, y], color=tone, linewidth=0.5, linestyle=NO_STOP, zorder=1.6)
         axes.plot(
             [x], [least], color=tone, marker="_", markersize=6.0, linestyle="none", zorder=2.0
         )
+        found.append((x, least))
+    return found
+
+
+def _show(axes: Axes, points: Sequence[Point], also: Sequence[tuple[float, float]]) -> None:
+    """Show all points and some other places, but of intervals not more than these lie apart."""
+    if not points:
+        return
+    changes, halves = (np.array(part) for part in list(zip(*points, strict=True))[1:3])
+    places = np.vstack([changes, *also])
+    shown = np.minimum(np.nan_to_num(halves), np.ptp(places, axis=0))
+    low = np.minimum((changes - shown).min(axis=0), places.min(axis=0))
+    high = np.maximum((changes + shown).max(axis=0), places.max(axis=0))
+    room = np.where(high > low, high - low, 1.0) * ROOM
+    axes.set_xlim(low[0] - room[0], high[0] + room[0])
+    axes.set_ylim(low[1] - room[1], high[1] + room[1])
 
 
 def _number(axes: Axes) -> None:

@@ -43,7 +43,7 @@ class Findings(NamedTuple):
     """The tables of a sweep; None without one."""
 
 
-def publish(
+def publish(  # noqa: PLR0913 - one argument per part of the folder
     folder: Path,
     scenario: Scenario,
     runs: Sequence[RunTables],

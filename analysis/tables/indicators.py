@@ -162,7 +162,8 @@ INDICATORS = (
             "mean_delay_bound_s",
             "float64",
             "s",
-            "the least mean arrival delay that any control over this protection could reach",
+            "least mean arrival delay of any control over this protection; trains in their order, "
+            "and as hurried, as they were",
         ),
         lambda measured: measured.bounds_s.mean(),
         "bound of the mean arrival delay",
@@ -174,7 +175,7 @@ INDICATORS = (
             "delay_above_bound_s",
             "float64",
             "s",
-            "mean arrival delay less the least that any control could reach: what is left",
+            "mean arrival delay less that bound: what is left for a better control",
         ),
         lambda measured: (measured.arrivals["arrival_delay_s"] - measured.bounds_s).mean(),
         "mean arrival delay above the bound",

@@ -68,8 +68,9 @@ def across_lines(table: pd.DataFrame) -> list[str]:
     Returns
     -------
     list[str]
-        A heading per scenario, with the bound of the delay under the baseline; below it two lines per controller: means over runs, and the
-        changes against the baseline with half of their 95 % intervals. Up to 80 characters each.
+        A heading per scenario, with the bound of the delay under the baseline; below it two lines
+        per controller: means over runs, and the changes against the baseline with half of their
+        95 % intervals. Up to 80 characters each.
     """
     baseline = table["controller"].iloc[0]
     found = [
