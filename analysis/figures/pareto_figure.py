@@ -8,6 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 
 from kankaku.analysis.figures.style import INK, colour, marker, plain_frame, style
 from kankaku.analysis.tables.across_tables import BOUND, CRAWL, DELAY, ENERGY, STOPS, cell_of
@@ -34,9 +35,13 @@ ROOM = np.array([0.07, 0.14])
 LIMIT = "#777777"
 NO_STOP = (0, (1, 2))
 """Dashes of the line where no train stands between stations."""
-AWAY_PT = (7.0, 11.0, 16.0)
+NEAR_PT = 1.5
+"""A number that is further away by 1 pt counts like one that covers so much. [pt2/pt]"""
+AWAY_PT = (8.0, 12.0, 17.0, 23.0)
 """Numbers stand this far from their point: the nearest that is free. [pt]"""
-CHARACTER_PT, TALL_PT = 4.2, 7.0
+AROUND_DEG = (45.0, 135.0, 90.0, 0.0, 180.0, 225.0, 315.0, 270.0, *np.arange(22.5, 360.0, 45.0))
+"""Where around it, first choice first. [degrees]"""
+CHARACTER_PT, TALL_PT = 4.8, 9.6
 """Room that numbers need. [pt]"""
 
 
@@ -113,8 +118,7 @@ def _entries(table: pd.DataFrame, names: Sequence[str]) -> Iterator[Line2D]:
         yield Line2D([], [], label=f"{number + 1}  {told}", **_look(number, name in foretold))
     yield Line2D([], [], color=LIMIT, linewidth=0.8, label="front of the panel")
     yield Line2D([], [], color=LIMIT, linewidth=0.6, linestyle=NO_STOP, label="no stop at all")
-    several = table["mean_arrival_delay_confidence_95_s"].fillna(0.0).gt(0.0).any()
-    if several:
+    if (table["pairs"] > 1).any():
         yield Line2D([], [], color=INK, linewidth=0.6, label="95 % interval, paired", marker="|")
     yield Line2D([], [], color=INK, marker="_", linestyle="none", label="least possible delay")
     yield Line2D(
@@ -277,6 +281,7 @@ def _number(axes: Axes) -> None:
             fontsize=SMALL,
             color=box[0].get_color(),
             zorder=4.0,
+            path_effects=[withStroke(linewidth=1.5, foreground="white")],
         )
         room = np.array([CHARACTER_PT * len(text), TALL_PT]) / 2.0
         own = np.concatenate([centre + offset - room, centre + offset + room])
@@ -287,7 +292,7 @@ def free_offset(
     centre: FloatArray, size: tuple[float, float], taken: FloatArray, frame: FloatArray
 ) -> tuple[float, float]:
     """
-    Return where beside a point a label covers least of what is there.
+    Return where beside a point a label is near it and covers little of what is there.
 
     Parameters
     ----------
@@ -303,9 +308,9 @@ def free_offset(
     Returns
     -------
     tuple[float, float]
-        From the point to the middle of the label: the nearest of the freest places. [pt]
+        From the point to the middle of the label. [pt]
     """
-    angles = np.radians([45.0, 135.0, 0.0, 180.0, 90.0, 225.0, 315.0, 270.0])
+    angles = np.radians(AROUND_DEG)
     offsets = np.concatenate(
         [away * np.column_stack([np.cos(angles), np.sin(angles)]) for away in AWAY_PT]
     )
@@ -316,5 +321,6 @@ def free_offset(
     )
     covered = np.prod(np.maximum(shared, 0.0), axis=2).sum(axis=1)
     outside: BoolArray = np.any((low < frame[:2]) | (high > frame[2:]), axis=1)
-    best = offsets[int(np.argmin(covered + 1e3 * outside))]
+    away = np.repeat(AWAY_PT, len(AROUND_DEG))
+    best = offsets[int(np.argmin(covered + NEAR_PT * away + 1e3 * outside))]
     return float(best[0]), float(best[1])
