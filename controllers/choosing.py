@@ -33,6 +33,23 @@ SHOWN = 40
 _FORM = "<controller>.<option>=<value>"
 
 
+def knows_future(spec: ControllerSpec) -> bool:
+    """
+    Return whether a controller is told the drawn dwell delays: for comparison only.
+
+    Parameters
+    ----------
+    spec
+        One that can be built.
+
+    Returns
+    -------
+    bool
+        Whether its operation is.
+    """
+    return spec.peer is None and OPERATIONS[spec.operation].knows_future
+
+
 def named(specs: Sequence[ControllerSpec], name: str) -> ControllerSpec:
     """
     Return a controller by its name, or by the names of its layers.

@@ -13,7 +13,9 @@ from kankaku.analysis.tables import delay
 from kankaku.analysis.tables.columns import csv_text, read_csv, rows_frame, typed_frame, write_whole
 from kankaku.analysis.tables.energy import energy_frame
 from kankaku.analysis.tables.interstation import stops_frame
+from kankaku.analysis.tables.remaining_stops import remaining_stops_frame
 from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.capacity.delay_bound import arrival_bounds_s
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.records import (
     CALLS,
@@ -40,6 +42,7 @@ class RunTables:
     calls: pd.DataFrame
     trajectory: pd.DataFrame
     interstation_stops: pd.DataFrame
+    remaining_stops: pd.DataFrame
     energy: pd.DataFrame
     violations: pd.DataFrame
     obstructions: pd.DataFrame
@@ -83,6 +86,7 @@ def run_tables(
         calls=_calls_frame(record, run_times_s),
         trajectory=_trajectory_frame(record),
         interstation_stops=stops_frame(record),
+        remaining_stops=remaining_stops_frame(record),
         energy=energy_frame(record),
         violations=_violations_frame(record),
         obstructions=_obstructions_frame(record),
@@ -124,6 +128,7 @@ def _calls_frame(record: RunRecord, run_times_s: FloatArray) -> pd.DataFrame:
                 booked_arrival_s, booked_departure_s, minimum_dwell_s, dwell_delay_s
             ),
             "unhindered_arrival_s": unhindered_s,
+            "arrival_bound_s": arrival_bounds_s(record, run_times_s)[made],
             "secondary_delay_s": delay.secondary_delay_s(
                 arrival_s, unhindered_s, booked_arrival_s, record.end_s
             ),
