@@ -14,6 +14,7 @@ from kankaku.controllers.centre.over_radio import OverRadio
 from kankaku.controllers.control_map.map_operation import FollowPlan, FollowPlanOptions
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions
 from kankaku.controllers.drive import TractionDrive
+from kankaku.controllers.energy.eco_margin import EcoMargin, EcoMarginOptions
 from kankaku.controllers.layers import (
     Guarding,
     Layer,
@@ -40,7 +41,7 @@ from kankaku.railway.errors import KankakuError, sentence_of, suggesting
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec, keeps_pace
 from kankaku.railway.plan.scenario import MAIN_FILE, ControllerSpec, Option
 from kankaku.railway.plan.world import World
-from kankaku.railway.step.control import Controller
+from kankaku.railway.step.control import Controller, Operation
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -181,21 +182,44 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
             raise ControllerError(
                 where=f"{where}.peer", problem=error.problem, allowed=error.allowed
             ) from error
+    energy, usual = _energy(spec, where), world
+    if energy is not None and energy.eco_reserve:
+        # The plan, not the driver, spends the reserve.
+        world = world.driven_as(world.driving.at_limits)
     protection = _protection(spec, world, radio, where)
-    layer, options = choose_layer(
-        OPERATIONS, f"{where}.operation", spec.operation, spec.operation_options
-    )
-    make = cast("OperationFactory", layer.build)
+    operation = _operation(spec, world, protection, where)
+    if energy is not None:
+        operation = EcoMargin(operation, world, usual, energy, protection)
     return Controller(
         spec.name,
         protection,
-        _made(
-            OPERATIONS, spec.operation, lambda: make(world, options, protection), OPERATION_PARTS
-        ),
+        operation,
         TractionDrive(world),
         protection.separation,
         by_radio=_goes_by_radio(spec),
         promises=protection.promises,
+    )
+
+
+def _energy(spec: ControllerSpec, where: str) -> EcoMarginOptions | None:
+    """Return the options of the energy layer; None without one."""
+    if spec.eco_margin_s is None:
+        return None
+    try:
+        return EcoMarginOptions(spec.eco_margin_s, spec.eco_reserve)
+    except OptionError as error:
+        raise ControllerError(where, error.problem, error.allowed) from error
+
+
+def _operation(
+    spec: ControllerSpec, world: World, protection: Guarding, where: str
+) -> Operation[Any]:
+    layer, options = choose_layer(
+        OPERATIONS, f"{where}.operation", spec.operation, spec.operation_options
+    )
+    make = cast("OperationFactory", layer.build)
+    return _made(
+        OPERATIONS, spec.operation, lambda: make(world, options, protection), OPERATION_PARTS
     )
 
 
@@ -321,10 +345,13 @@ def options_of(spec: ControllerSpec) -> dict[str, dict[str, Option]]:
     """
     if spec.peer is not None:
         return {}
-    return {
+    found = {
         "protection": asdict(PROTECTIONS[spec.protection].options(**spec.protection_options)),
         "operation": asdict(OPERATIONS[spec.operation].options(**spec.operation_options)),
     }
+    if spec.eco_margin_s is not None:
+        found["energy"] = asdict(EcoMarginOptions(spec.eco_margin_s, spec.eco_reserve))
+    return found
 
 
 def choose_layer(
