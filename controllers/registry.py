@@ -14,8 +14,9 @@ from kankaku.controllers.centre.over_radio import OverRadio
 from kankaku.controllers.control_map.map_operation import FollowPlan, FollowPlanOptions
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions
 from kankaku.controllers.drive import TractionDrive
-from kankaku.controllers.energy.eco_margin import EcoMargin, EcoMarginOptions
+from kankaku.controllers.energy.eco_margin import EcoMargin, energy_of
 from kankaku.controllers.layers import (
+    ControllerError,
     Guarding,
     Layer,
     Medium,
@@ -39,7 +40,7 @@ from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiSte
 from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
 from kankaku.railway.errors import KankakuError, sentence_of, suggesting
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec, keeps_pace
-from kankaku.railway.plan.scenario import MAIN_FILE, ControllerSpec, Option
+from kankaku.railway.plan.scenario import ControllerSpec, Option
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller, Operation
 
@@ -137,15 +138,6 @@ PROTECTION_PARTS = (
 """What whoever runs a layer calls; see :mod:`kankaku.railway.step.control`."""
 
 
-class ControllerError(KankakuError):
-    """A controller that cannot be built: which key, what is wrong, what is allowed."""
-
-    @property
-    def sentences(self) -> tuple[str, ...]:
-        """The file is named, too, where the key stands in one."""
-        return (str(self) if self.where.startswith("--") else f"{MAIN_FILE}: {self}",)
-
-
 def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Controller:
     """
     Build a controller.
@@ -182,7 +174,7 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
             raise ControllerError(
                 where=f"{where}.peer", problem=error.problem, allowed=error.allowed
             ) from error
-    energy, usual = _energy(spec, where), world
+    energy, usual = energy_of(spec, where), world
     if energy is not None and energy.eco_reserve:
         # The plan, not the driver, spends the reserve.
         world = world.driven_as(world.driving.at_limits)
@@ -199,16 +191,6 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
         by_radio=_goes_by_radio(spec),
         promises=protection.promises,
     )
-
-
-def _energy(spec: ControllerSpec, where: str) -> EcoMarginOptions | None:
-    """Return the options of the energy layer; None without one."""
-    if spec.eco_margin_s is None:
-        return None
-    try:
-        return EcoMarginOptions(spec.eco_margin_s, spec.eco_reserve)
-    except OptionError as error:
-        raise ControllerError(where, error.problem, error.allowed) from error
 
 
 def _operation(
@@ -349,9 +331,8 @@ def options_of(spec: ControllerSpec) -> dict[str, dict[str, Option]]:
         "protection": asdict(PROTECTIONS[spec.protection].options(**spec.protection_options)),
         "operation": asdict(OPERATIONS[spec.operation].options(**spec.operation_options)),
     }
-    if spec.eco_margin_s is not None:
-        found["energy"] = asdict(EcoMarginOptions(spec.eco_margin_s, spec.eco_reserve))
-    return found
+    energy = energy_of(spec, f"controllers.{spec.name}")
+    return found if energy is None else {**found, "energy": asdict(energy)}
 
 
 def choose_layer(

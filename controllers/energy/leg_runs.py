@@ -8,7 +8,7 @@ the run itself loses on the fastest one, wherever they are hindered.
 """
 
 from functools import lru_cache
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -20,8 +20,8 @@ from kankaku.railway.motion.way import Way, way_on
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
 
-Table: TypeAlias = FloatArray
-"""Ceiling [m/s] and time since the start [s] by metres from there. shape (2, n_metres)"""
+Leg: TypeAlias = tuple[int, float, float]
+"""Row of the profile, and both stops. [-], [m], [m]"""
 FREE_MPS = 1000.0
 """Stands for no ceiling. [m/s]"""
 TENTHS = 10
@@ -30,10 +30,20 @@ EXACTNESS = 0.05
 """How exactly a margin is met, as a part of it. [-]"""
 BOUND = 1e-9
 """A run whose energy is nearer to the greatest than this part is bound by it. [-]"""
-LEAST_WAY_M = 50.0
-"""Nearer than this to the stop nothing is planned anew. [m]"""
 KEPT = 512
 """Runs that are remembered."""
+
+
+class LegRun(NamedTuple):
+    """A run over a leg."""
+
+    leg: Leg
+    hurries: bool
+    """Driven as late trains are."""
+    tenths: int
+    """Run time in tenths of a second; 0 for the quickest one."""
+    table: FloatArray
+    """Ceiling [m/s] and time since the start [s] by metres from there. shape (2, n_metres)"""
 
 
 class LegRuns:
@@ -60,7 +70,7 @@ class LegRuns:
         self._shortest = lru_cache(maxsize=KEPT)(self._work_out_shortest_s)
         self._usually = lru_cache(maxsize=KEPT)(self._work_out_usual_s)
 
-    def quickest(self, row: int, call: int, hurries: bool) -> Table | None:
+    def quickest(self, row: int, call: int, hurries: bool) -> LegRun | None:
         """
         Return the run that is slower than the fastest one by the margin.
 
@@ -75,12 +85,12 @@ class LegRuns:
 
         Returns
         -------
-        Table | None
+        LegRun | None
             None for a train that cannot climb the leg.
         """
-        return self._made(self._leg(row, call), hurries, None)
+        return self._made(self._leg(row, call), hurries, 0)
 
-    def in_time(self, row: int, call: int, run_time_s: float) -> Table | None:
+    def in_time(self, row: int, call: int, run_time_s: float) -> LegRun | None:
         """
         Return the run that takes a given time, or the slowest one.
 
@@ -95,45 +105,12 @@ class LegRuns:
 
         Returns
         -------
-        Table | None
+        LegRun | None
             None where the quickest run takes as long.
         """
         leg, tenths = self._leg(row, call), int(TENTHS * run_time_s)
         least_s = self._shortest(leg, True) + self._margin_s
         return self._made(leg, True, tenths) if tenths > TENTHS * least_s else None
-
-    def from_here(
-        self, row: int, ends_m: tuple[float, float], speed_mps: float, run_time_s: float
-    ) -> Table | None:
-        """
-        Return the run from a place between stops that takes a given time, or the slowest one.
-
-        Parameters
-        ----------
-        row
-            The train.
-        ends_m
-            Where it is and where it is to stop. [m]
-        speed_mps
-            Its speed. [m/s]
-        run_time_s
-            The time. [s]
-
-        Returns
-        -------
-        Table | None
-            None where there is no time to spare, or too little way.
-        """
-        if ends_m[1] - ends_m[0] < LEAST_WAY_M:
-            return None
-        kind = int(self._world.type_index[row])
-        train = self._world.driven_types[kind]
-        way = way_on(self._profile, kind, train, ends_m, (speed_mps, 0.0))
-        try:
-            run = eco(way, run_time_s, least_slack_s=self._margin_s)
-        except (RunTimeError, StallError):
-            return None
-        return table_of(way, run, self._world.step_s)
 
     def usual_s(self, row: int, call: int) -> float:
         """
@@ -153,11 +130,11 @@ class LegRuns:
         """
         return self._usually(self._leg(row, call))
 
-    def _leg(self, row: int, call: int) -> tuple[int, float, float]:
+    def _leg(self, row: int, call: int) -> Leg:
         start_m, stop_m = self._world.stop_m[row, call - 1 : call + 1].tolist()
         return int(self._world.type_index[row]), start_m, stop_m
 
-    def _way(self, leg: tuple[int, float, float], hurries: bool) -> Way:
+    def _way(self, leg: Leg, hurries: bool) -> Way:
         kind, *ends_m = leg
         world, slower = self._world, None
         if not hurries:
@@ -166,13 +143,13 @@ class LegRuns:
         ends = ends_m[0], ends_m[1]
         return way_on(self._profile, kind, world.driven_types[kind], ends, ceiling_m2ps2=slower)
 
-    def _work_out_shortest_s(self, leg: tuple[int, float, float], hurries: bool) -> float:
+    def _work_out_shortest_s(self, leg: Leg, hurries: bool) -> float:
         try:
             return shortest_s(self._way(leg, hurries))
         except StallError:
             return np.inf
 
-    def _work_out_usual_s(self, leg: tuple[int, float, float]) -> float:
+    def _work_out_usual_s(self, leg: Leg) -> float:
         kind, *ends_m = leg
         usual = self._usual.unhurried_profile
         way = way_on(usual, kind, self._usual.driven_types[kind], (ends_m[0], ends_m[1]))
@@ -181,20 +158,18 @@ class LegRuns:
         except StallError:
             return 0.0
 
-    def _make(
-        self, leg: tuple[int, float, float], hurries: bool, tenths: int | None
-    ) -> Table | None:
+    def _make(self, leg: Leg, hurries: bool, tenths: int) -> LegRun | None:
         way, fastest_s = self._way(leg, hurries), self._shortest(leg, hurries)
-        run_time_s = fastest_s + self._margin_s if tenths is None else tenths / TENTHS
+        run_time_s = tenths / TENTHS if tenths else fastest_s + self._margin_s
         tolerance_s = EXACTNESS * min(run_time_s - fastest_s, 1.0)
         try:
             run = eco(way, run_time_s, tolerance_s=tolerance_s)
         except (RunTimeError, StallError):
             return None
-        return table_of(way, run, self._world.step_s)
+        return LegRun(leg, hurries, tenths, table_of(way, run, self._world.step_s))
 
 
-def table_of(way: Way, run: EcoRun, step_s: float) -> Table:
+def table_of(way: Way, run: EcoRun, step_s: float) -> FloatArray:
     """
     Tabulate a run by metres.
 
@@ -209,8 +184,8 @@ def table_of(way: Way, run: EcoRun, step_s: float) -> Table:
 
     Returns
     -------
-    Table
-        Ceilings and times.
+    FloatArray
+        As :attr:`LegRun.table`.
     """
     curve = run.curve
     bound = 0.5 * np.square(curve.speed_mps) >= (1.0 - BOUND) * way.cap_m2ps2

@@ -86,45 +86,6 @@ class Able(NamedTuple):
     patience_s: float
 
 
-def able_of(world: World, patience_s: float) -> Plain:
-    """
-    Lay out what trains can do for :func:`able_from`.
-
-    Parameters
-    ----------
-    world
-        The trains.
-    patience_s
-        Who is so far behind its plan, and free again, plans anew. [s]
-
-    Returns
-    -------
-    Plain
-        Of :class:`Able`.
-    """
-    places_m = world.profile.origin_m, world.far_m
-    return plain(Able(world.braking, *places_m, world.step_s, patience_s))
-
-
-@compiled
-def able_from(fields: Plain) -> Able:
-    """
-    Return what trains can do, with its names.
-
-    Parameters
-    ----------
-    fields
-        From :func:`able_of`.
-
-    Returns
-    -------
-    Able
-        The same.
-    """
-    brake_fields, near_m, far_m, step_s, patience_s = fields
-    return Able(BrakeTable(*brake_fields), near_m, far_m, step_s, patience_s)
-
-
 class Eco:
     """Energy-saving driving over any protection."""
 
@@ -134,7 +95,15 @@ class Eco:
         self._world = world
         self._options = options
         self._profile = foresight.profile
-        self._able = able_of(world, options.patience_s)
+        self._able = plain(
+            Able(
+                world.braking,
+                self._profile.origin_m,
+                world.far_m,
+                world.step_s,
+                options.patience_s,
+            )
+        )
         self._nothing = no_advice(world.size)
 
     def initial(self) -> EcoPlans:
@@ -257,7 +226,8 @@ def _follow(
 ) -> tuple[FloatArray, IntArray, BoolArray]:
     """Return ceilings, why, and who is behind its plan although its authority lets it follow."""
     trains, plans = Whereabouts(*whereabouts), Tabled(*plan_fields)
-    able = able_from(able_fields)
+    brake_fields, near_m, far_m, step_s, patience_s = able_fields
+    able = Able(BrakeTable(*brake_fields), near_m, far_m, step_s, patience_s)
     eoa_m, delay_s = ends
     size = trains.front_m.size
     ceiling_mps, reason = np.full(size, NO_CEILING_MPS), np.full(size, NO_REASON)
@@ -270,40 +240,20 @@ def _follow(
         place = along_m + plans.starts[train]
         late_s = now_s - plans.since_s[train] - interpolated(plans.points[1], place)
         ceiling_mps[train] = interpolated(plans.points[0], place)
-        ceiling_mps[train] += CATCHING_UP_PS * min(max(late_s, 0.0), able.patience_s)
+        ceiling_mps[train] += CATCHING_UP_PS * min(max(late_s, 0.0), patience_s)
         reason[train] = ECO
-        if late_s > able.patience_s:
+        if late_s > patience_s:
             ends_m = eoa_m[train], delay_s[train]
-            free = free_mps(train, front_m, speed_mps, ends_m, able)
-            behind[train] = free > min(ceiling_mps[train], speed_mps + 1.0)
+            free_mps = _free_mps(train, front_m, speed_mps, ends_m, able)
+            behind[train] = free_mps > min(ceiling_mps[train], speed_mps + 1.0)
     return ceiling_mps, reason, behind
 
 
 @compiled
-def free_mps(
+def _free_mps(
     train: int, front_m: float, speed_mps: float, end: tuple[float, float], able: Able
 ) -> float:
-    """
-    Return the speed after a step that the end of authority allows.
-
-    Parameters
-    ----------
-    train
-        Row of the train.
-    front_m
-        Its front. [m]
-    speed_mps
-        Its speed. [m/s]
-    end
-        The end of authority [m], and its delay [s].
-    able
-        What trains can do.
-
-    Returns
-    -------
-    float
-        The speed. [m/s]
-    """
+    """Return the speed after a step that the end of authority allows."""
     eoa_m, delay_s = end
     end_m = min(max(eoa_m, able.near_m), able.far_m)
     room = braking_v2_at(able.braking, train, end_m) - braking_v2_at(able.braking, train, front_m)

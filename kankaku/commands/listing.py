@@ -85,8 +85,12 @@ def controllers_of(title: str, specs: Sequence[ControllerSpec]) -> Listing:
 def _row(spec: ControllerSpec) -> tuple[str, ...]:
     layers = (f"peer {spec.peer}", "-") if spec.peer else (spec.protection, spec.operation)
     options = dict(changed_options(spec))
-    if spec.radio:
-        options["radio"] = True
+    beside = {
+        "radio": spec.radio,
+        "eco_margin_s": spec.eco_margin_s,
+        "eco_reserve": spec.eco_reserve,
+    }
+    options |= {key: value for key, value in beside.items() if value}
     return spec.name, *layers, _lines(options.items()), "yes" if spec.by_default else "no"
 
 
