@@ -23,6 +23,7 @@ from kankaku.railway.step.control import Foresight, Operation
 from kankaku.railway.step.state import NOTHING, Advice, Authority, LineState, Whereabouts
 
 WORD = "eco_margin"
+SUMMARY = "least energy for the fastest run time and a margin, or for the booked arrival"
 PATIENCE_S = 2.0
 """Who is further behind the run in time to spare has the margin only. [s]"""
 QUICKEST, SPARED = 0, 1
