@@ -15,7 +15,7 @@ import numpy as np
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.motion.eco_run import EcoRun, eco, shortest_s
 from kankaku.railway.motion.extremal import SPEEDING_UP
-from kankaku.railway.motion.run_curve import RunTimeError, StallError, driven_along
+from kankaku.railway.motion.run_curve import RunCurve, RunTimeError, StallError, driven_along
 from kankaku.railway.motion.way import Way, way_on
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
@@ -187,18 +187,26 @@ def table_of(way: Way, run: EcoRun, step_s: float) -> FloatArray:
     FloatArray
         As :attr:`LegRun.table`.
     """
-    curve = run.curve
+    curve, speeds_up = run.curve, run.phase == SPEEDING_UP
     bound = 0.5 * np.square(curve.speed_mps) >= (1.0 - BOUND) * way.cap_m2ps2
-    ceiling = np.where(bound, FREE_MPS, curve.speed_mps)
-    speeds_up = run.phase == SPEEDING_UP
+    ceiling = np.where(bound, FREE_MPS, _eased_mps(curve, way.train_type.brake_rise_s))
+    ceiling[:-1][speeds_up] = curve.speed_mps[:-1][speeds_up]
     for cell in np.flatnonzero(speeds_up)[::-1].tolist():
         ceiling[cell] = max(ceiling[cell], ceiling[cell + 1])
     after = np.interp(curve.time_s + step_s, curve.time_s, np.arange(ceiling.size))
-    whole = after.astype(np.intp)
-    ahead = np.minimum(whole + 1, ceiling.size - 1)
-    part = after - whole
-    shifted = ceiling[whole] + part * (ceiling[ahead] - ceiling[whole])
+    shifted = np.interp(after, np.arange(ceiling.size), ceiling)
     ceiling[:-1] = np.where(speeds_up, np.maximum(ceiling[:-1], shifted[:-1]), shifted[:-1])
     along_m = curve.chainage_m - curve.chainage_m[0]
     metres = np.arange(np.floor(along_m[-1]) + 1.0)
     return np.array([np.interp(metres, along_m, values) for values in (ceiling, curve.time_s)])
+
+
+def _eased_mps(curve: RunCurve, rise_s: float) -> FloatArray:
+    """Return speeds whose deceleration takes as long to rise as that of the train does."""
+    if rise_s <= 0.0:
+        return curve.speed_mps
+    places_m = [
+        np.interp(curve.time_s + 0.5 * sign * rise_s, curve.time_s, curve.chainage_m)
+        for sign in (1.0, -1.0)
+    ]
+    return np.minimum((places_m[0] - places_m[1]) / rise_s, curve.speed_mps)
