@@ -16,7 +16,9 @@ from kankaku.controllers.centre.over_radio import OverRadio
 from kankaku.controllers.control_map.map_operation import FollowPlan, FollowPlanOptions
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions
 from kankaku.controllers.drive import TractionDrive
+from kankaku.controllers.energy.eco_margin import EcoMargin, energy_of
 from kankaku.controllers.layers import (
+    ControllerError,
     Guarding,
     Layer,
     Medium,
@@ -43,9 +45,9 @@ from kankaku.controllers.stochastic.stochastic_approach import StochasticApproac
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.errors import KankakuError, sentence_of, suggesting
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec, keeps_pace
-from kankaku.railway.plan.scenario import MAIN_FILE, ControllerSpec, Option
+from kankaku.railway.plan.scenario import ControllerSpec, Option
 from kankaku.railway.plan.world import World
-from kankaku.railway.step.control import Controller
+from kankaku.railway.step.control import Controller, Operation
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -152,15 +154,6 @@ PROTECTION_PARTS = (
 """What whoever runs a layer calls; see :mod:`kankaku.railway.step.control`."""
 
 
-class ControllerError(KankakuError):
-    """A controller that cannot be built: which key, what is wrong, what is allowed."""
-
-    @property
-    def sentences(self) -> tuple[str, ...]:
-        """The file is named, too, where the key stands in one."""
-        return (str(self) if self.where.startswith("--") else f"{MAIN_FILE}: {self}",)
-
-
 def build(
     spec: ControllerSpec,
     world: World,
@@ -205,7 +198,32 @@ def build(
             raise ControllerError(
                 where=f"{where}.peer", problem=error.problem, allowed=error.allowed
             ) from error
+    energy, usual = energy_of(spec, where), world
+    if energy is not None and energy.eco_reserve:
+        # The plan, not the driver, spends the reserve.
+        world = world.driven_as(world.driving.at_limits)
     protection = _protection(spec, world, radio, where)
+    operation = _operation(spec, world, protection, where, delays_s)
+    if energy is not None:
+        operation = EcoMargin(operation, world, usual, energy, protection)
+    return Controller(
+        spec.name,
+        protection,
+        operation,
+        TractionDrive(world),
+        protection.separation,
+        by_radio=_goes_by_radio(spec),
+        promises=protection.promises,
+    )
+
+
+def _operation(
+    spec: ControllerSpec,
+    world: World,
+    protection: Guarding,
+    where: str,
+    delays_s: FloatArray | None,
+) -> Operation[Any]:
     layer, options = choose_layer(
         OPERATIONS, f"{where}.operation", spec.operation, spec.operation_options
     )
@@ -213,16 +231,8 @@ def build(
     if layer.knows_future:
         told_s = np.zeros_like(world.minimum_dwell_s[:, :-1]) if delays_s is None else delays_s
         world = replace(world, foretold_delay_s=told_s)
-    return Controller(
-        spec.name,
-        protection,
-        _made(
-            OPERATIONS, spec.operation, lambda: make(world, options, protection), OPERATION_PARTS
-        ),
-        TractionDrive(world),
-        protection.separation,
-        by_radio=_goes_by_radio(spec),
-        promises=protection.promises,
+    return _made(
+        OPERATIONS, spec.operation, lambda: make(world, options, protection), OPERATION_PARTS
     )
 
 
@@ -348,10 +358,12 @@ def options_of(spec: ControllerSpec) -> dict[str, dict[str, Option]]:
     """
     if spec.peer is not None:
         return {}
-    return {
+    found = {
         "protection": asdict(PROTECTIONS[spec.protection].options(**spec.protection_options)),
         "operation": asdict(OPERATIONS[spec.operation].options(**spec.operation_options)),
     }
+    energy = energy_of(spec, f"controllers.{spec.name}")
+    return found if energy is None else {**found, "energy": asdict(energy)}
 
 
 def choose_layer(

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import changed_options
+from kankaku.controllers.energy.eco_margin import SUMMARY, WORD
 from kankaku.controllers.layers import PluginError, Registry
 from kankaku.railway.plan.scenario import ControllerSpec
 
@@ -20,7 +21,7 @@ class Listing(NamedTuple):
 
 def known_controllers() -> tuple[Listing, ...]:
     """
-    Return the protections, operations and peers that a scenario can name.
+    Return the protections, operations, other layers and peers that a scenario can name.
 
     Returns
     -------
@@ -32,7 +33,16 @@ def known_controllers() -> tuple[Listing, ...]:
         _listing("Operation (how it uses that permission)", registry.OPERATIONS),
     )
     peers = tuple((name, peer.summary) for name, peer in registry.PEERS.items())
-    return *layers, Listing("Peer (drives the trains itself)", ("name", "what it does"), peers)
+    energy = Listing(
+        "Energy layer (around any operation, by keys of the controller)",
+        ("name", "what it does", "keys"),
+        ((WORD, SUMMARY, "eco_margin_s = a number\neco_reserve = false"),),
+    )
+    return (
+        *layers,
+        energy,
+        Listing("Peer (drives the trains itself)", ("name", "what it does"), peers),
+    )
 
 
 def _listing(title: str, layers: Registry) -> Listing:
@@ -85,8 +95,12 @@ def controllers_of(title: str, specs: Sequence[ControllerSpec]) -> Listing:
 def _row(spec: ControllerSpec) -> tuple[str, ...]:
     layers = (f"peer {spec.peer}", "-") if spec.peer else (spec.protection, spec.operation)
     options = dict(changed_options(spec))
-    if spec.radio:
-        options["radio"] = True
+    beside = {
+        "radio": spec.radio,
+        "eco_margin_s": spec.eco_margin_s,
+        "eco_reserve": spec.eco_reserve,
+    }
+    options |= {key: value for key, value in beside.items() if value}
     return spec.name, *layers, _lines(options.items()), "yes" if spec.by_default else "no"
 
 

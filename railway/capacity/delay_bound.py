@@ -2,12 +2,11 @@
 The earliest arrivals that any control could reach over a protection: a bound of delay.
 
 Given are the dwell delays and the order in which trains come to each platform. A train departs when
-it is booked to and ready, never sooner; it runs as fast as its drivers do, in the style of a late train
-or not as it did; and it does not arrive before the least interval after the train ahead may have
-left the platform. Each event takes the
-latest of what it waits for, so that the events of a day follow by a recursion in max-plus algebra
-[1]_. What else may keep trains apart is left out: the bound may be lower than what can be reached,
-but no run is below it.
+it is booked to and ready, never sooner; it runs as fast as its drivers do, in the style of a late
+train or not as it did; and it does not arrive before the least interval after the train ahead may
+have left the platform. Each event takes the latest of what it waits for, so that the events of a
+day follow by a recursion in max-plus algebra [1]_. What else may keep trains apart is left out: the
+bound may be lower than what can be reached, but no run is below it.
 
 References
 ----------
