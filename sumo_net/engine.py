@@ -39,6 +39,8 @@ AGREEMENT_M = 1e-3
 """SUMO and the integration of our commands may differ by rounding only. [m]"""
 ARRIVAL_M = 1.0
 """SUMO may take a slow train off this much before the end of the line. [m]"""
+LONGEST_STOP_S = 1e6
+"""A stop that is extended for ever lasts so long in SUMO. [s]"""
 ALERT_STEPS = 3
 """SUMO reports an event up to two steps late; so long it is asked in every step."""
 
@@ -81,6 +83,10 @@ class SumoEngine:
         self._running: set[int] = set()
         self._due_s = dict(enumerate(world.booked_arrival_s[:, 0].tolist()))
         """When each train that is not running will enter or be released at the earliest."""
+        self._over_s: dict[int, float] = {}
+        """When each stop that lasts now is over of itself."""
+        self._begun: set[int] = set()
+        """Trains whose stop SUMO has begun: a step after they came to a stand."""
         self._regroup()
         self._colliding: frozenset[int] = frozenset()
         self._collided: set[int] = set()
@@ -104,6 +110,7 @@ class SumoEngine:
         self._get_speed = vehicle.getSpeed
         self._set_speed = vehicle.setSpeed
         self._set_speed_mode = vehicle.setSpeedMode
+        self._set_stop = vehicle.setStopParameter
         self._departed = simulation.getDepartedIDList
         self._arrived = simulation.getArrivedIDList
         self._stop_starting = simulation.getStopStartingVehiclesIDList
@@ -145,7 +152,7 @@ class SumoEngine:
         halted = self._read()
         stopped: tuple[int, ...] = ()
         if begun or halted:
-            stopped = self._hold(begun)
+            stopped = self._stop(begun)
         if left:
             # Only now, so that earlier observations stay as they were.
             self._front_m[list(left)] = self._end_m
@@ -178,6 +185,8 @@ class SumoEngine:
             self._call[row] += 1
         for row in (*entered, *released):
             self._due_s.pop(row, None)
+            self._over_s.pop(row, None)
+        self._begun -= set(released)
         self._running |= {*entered, *released}
         self._running -= set(left)
         self._regroup()
@@ -202,7 +211,7 @@ class SumoEngine:
         self._speed_mps[self._rows_running] = speeds_mps
         return min(speeds_mps) <= HALTING_SPEED_MPS
 
-    def _hold(self, begun: tuple[int, ...]) -> tuple[int, ...]:
+    def _stop(self, begun: tuple[int, ...]) -> tuple[int, ...]:
         # SUMO begins a stop in the step after the train came to a stand; the stop is
         # reported at once, and then not again.
         stopped = {row for row in begun if row in self._running}
@@ -219,11 +228,41 @@ class SumoEngine:
                 self._set_speed(self._vehicles[row], 0.0)
                 call = self._call[row]
                 until_s = self._time_s + self._files.dwell_s[row, call]
-                self._due_s[row] = max(self._booked_departure_s[row, call], until_s)
+                over_s = max(self._booked_departure_s[row, call], until_s)
+                self._over_s[row] = self._due_s[row] = over_s
             self._running -= stopped
             self._speed_mps[list(stopped)] = 0.0
             self._regroup()
+        self._begun |= set(begun)
+        for row in begun:
+            if self._due_s[row] > self._over_s[row]:
+                self._extend(row)
         return tuple(sorted(stopped))
+
+    def hold(self, until_s: FloatArray) -> None:
+        """
+        Let no stop that lasts now end before a time.
+
+        Parameters
+        ----------
+        until_s
+            Seconds after midnight; entries of trains not held by a stop are ignored.
+            [s], shape (n_trains,)
+        """
+        for row, over_s in self._over_s.items():
+            due_s = max(over_s, float(until_s[row]))
+            if due_s != self._due_s[row]:
+                self._due_s[row] = due_s
+                if row in self._begun:
+                    self._extend(row)
+        self._next_due_s = min(self._due_s.values(), default=np.inf)
+
+    def _extend(self, row: int) -> None:
+        """Tell SUMO how long a stop that it has begun still lasts."""
+        # SUMO counts from where it is, which may be some steps behind.
+        left_s = max(self._due_s[row] - self._time_s, self._step_s)
+        left_s = min(left_s, LONGEST_STOP_S) + len(self._pending) * self._step_s
+        self._set_stop(self._vehicles[row], 0, "duration", f"{left_s:.3f}")
 
     def apply(self, speed_mps: FloatArray) -> None:
         """

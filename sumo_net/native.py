@@ -110,6 +110,24 @@ class NativeEngine:
             Not used. [m/s], shape (n_trains,)
         """
 
+    def hold(self, until_s: FloatArray) -> None:
+        """
+        Refuse to extend stops: SUMO itself drives the trains.
+
+        Parameters
+        ----------
+        until_s
+            Not used. [s], shape (n_trains,)
+
+        Raises
+        ------
+        NotImplementedError
+            Always.
+        """
+        del until_s
+        msg = "SUMO drives the trains of a peer: nobody can hold them at platforms"
+        raise NotImplementedError(msg)
+
     def advance(self) -> None:
         """Move on by one step."""
         self._steps += 1

@@ -136,6 +136,22 @@ INDICATORS = (
         10.0,
     ),
     Indicator(
+        Topic.STOPS,
+        Column("held_open_time_s", "float64", "s", "held at platforms by supervision, doors open"),
+        lambda measured: measured.run.calls["held_open_s"].sum(),
+        "held at platforms, doors open",
+        10.0,
+    ),
+    Indicator(
+        Topic.STOPS,
+        Column(
+            "held_closed_time_s", "float64", "s", "the same with closed doors, the stop being over"
+        ),
+        lambda measured: measured.run.calls["held_closed_s"].sum(),
+        "held at platforms, doors closed",
+        10.0,
+    ),
+    Indicator(
         Topic.DELAY,
         Column(
             "mean_arrival_delay_s",
