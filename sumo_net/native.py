@@ -11,7 +11,7 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.sumo_net import names
 from kankaku.sumo_net.build import SumoFiles
-from kankaku.sumo_net.engine import close, start
+from kankaku.sumo_net.door import close, start
 
 
 class PeerError(RuntimeError):
