@@ -88,6 +88,8 @@ class Layer:
     summary: str
     medium: Medium = Medium.TRACK
     """Of a protection."""
+    knows_future: bool = False
+    """Of an operation that is told the drawn dwell delays: it is there for comparison only."""
 
 
 class PluginError(KankakuError):

@@ -6,9 +6,11 @@ the keys that a scenario file may set.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+import numpy as np
 
 from kankaku.controllers.centre.over_radio import OverRadio
 from kankaku.controllers.control_map.map_operation import FollowPlan, FollowPlanOptions
@@ -36,6 +38,9 @@ from kankaku.controllers.protection.digital_atc import DigitalAtc, DigitalAtcOpt
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
 from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
+from kankaku.controllers.stochastic.approach_options import StochasticApproachOptions
+from kankaku.controllers.stochastic.stochastic_approach import StochasticApproach
+from kankaku.railway.arrays import FloatArray
 from kankaku.railway.errors import KankakuError, sentence_of, suggesting
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec, keeps_pace
 from kankaku.railway.plan.scenario import MAIN_FILE, ControllerSpec, Option
@@ -117,6 +122,17 @@ OPERATIONS = Registry(
             ApproachPointOptions,
             "passes the approach point when the way becomes free (Sakai 2020)",
         ),
+        "stochastic_approach": Layer(
+            StochasticApproach,
+            StochasticApproachOptions,
+            "by the least cost to come while a leader may leave its platform at any moment",
+        ),
+        "clairvoyant": Layer(
+            StochasticApproach,
+            StochasticApproachOptions,
+            "the same, told when leaders will depart: for comparison only",
+            knows_future=True,
+        ),
         "eco": Layer(
             Eco, EcoOptions, "arrives at the booked time with the least energy (Kawashima 1991)"
         ),
@@ -145,7 +161,12 @@ class ControllerError(KankakuError):
         return (str(self) if self.where.startswith("--") else f"{MAIN_FILE}: {self}",)
 
 
-def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Controller:
+def build(
+    spec: ControllerSpec,
+    world: World,
+    radio: RadioSpec = LOSSLESS,
+    delays_s: FloatArray | None = None,
+) -> Controller:
     """
     Build a controller.
 
@@ -157,6 +178,9 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
         The line and its trains.
     radio
         What commands go by that go by radio.
+    delays_s
+        The drawn dwell delays, for operations that know the future; nobody overstays where None.
+        [s], shape (n_trains, n_calls_max)
 
     Returns
     -------
@@ -186,6 +210,9 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
         OPERATIONS, f"{where}.operation", spec.operation, spec.operation_options
     )
     make = cast("OperationFactory", layer.build)
+    if layer.knows_future:
+        told_s = np.zeros_like(world.minimum_dwell_s[:, :-1]) if delays_s is None else delays_s
+        world = replace(world, foretold_delay_s=told_s)
     return Controller(
         spec.name,
         protection,

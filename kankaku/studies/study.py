@@ -87,7 +87,12 @@ def world_of(scenario: Scenario, step_s: float) -> World:
         Its arrays.
     """
     return build_world(
-        scenario.line, scenario.train_types, scenario.timetable, step_s, scenario.driving
+        scenario.line,
+        scenario.train_types,
+        scenario.timetable,
+        step_s,
+        scenario.driving,
+        scenario.dwell_delays,
     )
 
 
@@ -141,7 +146,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         raise StudyError("; ".join(f"{item.leg.train_type}: {item}" for item in weak))
     world = world_of(scenario, step_s).driven_as(spec.driving)
     delays_s = scenario.dwell_delays.draw(scenario.timetable, seed)
-    controller = _wrapped(registry.build(spec, world, scenario.radio), wrap)
+    controller = _wrapped(registry.build(spec, world, scenario.radio, delays_s), wrap)
     peer = registry.PEERS[spec.peer] if spec.peer else None
     write = partial(build_native, moving_block=peer.moving_block) if peer else build
     commanded = NetworkEngine if scenario.line.network else SumoEngine
