@@ -53,9 +53,7 @@ CALLS = (
         "lateness at arrival beyond the unhindered; if never reached, at least until the end",
     ),
     Column("stop_error_m", "float64", "m", "front minus stop position while standing"),
-    Column(
-        "held_open_s", "float64", "s", "by how much supervision extended the stop, doors open"
-    ),
+    Column("held_open_s", "float64", "s", "by how much supervision extended the stop, doors open"),
     Column(
         "held_closed_s",
         "float64",
