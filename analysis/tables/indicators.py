@@ -77,6 +77,8 @@ class Indicator(NamedTuple):
     """What a reader calls it; empty for one that is not compared."""
     per_cent_above: float = 0.0
     """Changes are told in per cent of a baseline above this. In the indicator's unit"""
+    rare: bool = False
+    """Left out of comparisons in which it is 0 in every run."""
 
 
 def _scheduled_speed_kmh(measured: MeasuredRun) -> float:
@@ -141,6 +143,7 @@ INDICATORS = (
         lambda measured: measured.run.calls["held_open_s"].sum(),
         "held at platforms, doors open",
         10.0,
+        rare=True,
     ),
     Indicator(
         Topic.STOPS,
@@ -150,6 +153,7 @@ INDICATORS = (
         lambda measured: measured.run.calls["held_closed_s"].sum(),
         "held at platforms, doors closed",
         10.0,
+        rare=True,
     ),
     Indicator(
         Topic.DELAY,
