@@ -64,6 +64,8 @@ class DepartureForecast:
         # v/(2a) + L/v + v/b after the departure of a leader of length L, from Sato et al. 2025,
         # eqs. (14) and (15), least over the speed v that is held into the platform.
         shortest_s = 2.0 * np.sqrt(world.length_m * (0.5 / acceleration_mps2 + 1.0 / brake_mps2))
+        self.interval_s: FloatArray = shortest_s
+        """From the departure of each train to the arrival of the next one, at least. [s]"""
         self.ways = plain(
             Ways(
                 world.profile.origin_m,
@@ -94,10 +96,27 @@ class DepartureForecast:
             Seconds after midnight; minus infinity where there is no next stop or no train.
             [s], shape (n_trains,)
         """
+        return self.ready_and_earliest_s(state)[1]
+
+    def ready_and_earliest_s(self, state: LineState) -> tuple[FloatArray, FloatArray]:
+        """
+        Return when every train is ready at its next stop, and when it departs at the earliest.
+
+        Parameters
+        ----------
+        state
+            The line.
+
+        Returns
+        -------
+        tuple[FloatArray, FloatArray]
+            When its minimum dwell is over, and when it departs, in seconds after midnight; minus
+            infinity where there is no next stop or no train. [s], shape (n_trains,) each
+        """
         waits = waits_for_leader(self._world, state)
         called = state.leader, waits, state.next_call, state.stop_m, state.arrival_s
         known = self.ways, self.booked
-        return departures_s(state.time_s, state.whereabouts, called, known, self._no_longer_s)[1]
+        return departures_s(state.time_s, state.whereabouts, called, known, self._no_longer_s)
 
 
 @compiled

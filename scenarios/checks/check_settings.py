@@ -88,10 +88,13 @@ def controller_mistakes(settings: ScenarioFile, file: str) -> list[Mistake]:
 
 def _layer_problems(controller: ControllerEntry) -> Iterator[tuple[str, str]]:
     """Yield the keys of a controller that are missing or too many."""
-    for key in ("protection", "operation"):
+    for key in ("protection", "operation", "supervision"):
         options = f"{key}_options"
         if controller.peer is None and getattr(controller, key) is None:
-            yield key, "is missing"
+            if key != "supervision":
+                yield key, "is missing"
+            elif controller.supervision_options:
+                yield key, "is missing beside its options"
         if controller.peer is not None:
             named = (key, options)
             yield from ((name, "stands beside peer") for name in named if getattr(controller, name))
