@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
-from kankaku.controllers.energy.eco_margin import energy_of
+from kankaku.controllers.eco_layer.eco_margin import energy_of
 from kankaku.controllers.registry import (
     OPERATIONS,
     PROTECTIONS,

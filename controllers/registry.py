@@ -17,7 +17,7 @@ from kankaku.controllers.chosen_layer import choose_layer, likely
 from kankaku.controllers.control_map.map_operation import FollowPlan, FollowPlanOptions
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions
 from kankaku.controllers.drive import TractionDrive
-from kankaku.controllers.energy.eco_margin import EcoMargin, energy_of
+from kankaku.controllers.eco_layer.eco_margin import EcoMargin, energy_of
 from kankaku.controllers.layers import (
     ControllerError,
     Guarding,

@@ -18,7 +18,7 @@ from kankaku.controllers.forecast import (
 )
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.controllers.stochastic.approach_options import StochasticApproachOptions
-from kankaku.controllers.stochastic.approach_site import Site, approach_site
+from kankaku.controllers.stochastic.approach_site import PlatformSite, approach_site
 from kankaku.controllers.stochastic.belief import LEVELS, WORTH_CALLS, Belief
 from kankaku.controllers.stochastic.choice import choose
 from kankaku.controllers.stochastic.merging import NOWHERE_M, points_left_m, starting, stays
@@ -48,7 +48,7 @@ CAPS_MPS = np.append(NO_CEILING_MPS, np.arange(26.0, 3.0, -2.0))
 ROUNDING_S = 1e-6
 
 
-class ApproachPlans(NamedTuple):
+class ReleasePlans(NamedTuple):
     """What is remembered from step to step; arrays of shape (n_trains,)."""
 
     calls_version: int
@@ -111,10 +111,10 @@ class StochasticApproach:
         # Of the approaches that steps asked for last: the memory knows nothing of the stack.
         self._numbered = nowhere, np.zeros(0, dtype=np.intp)
 
-    def initial(self) -> ApproachPlans:
+    def initial(self) -> ReleasePlans:
         """Return the memory before the first step: no train approaches anything."""
         size = self._world.size
-        return ApproachPlans(
+        return ReleasePlans(
             calls_version=NO_VERSION,
             called=(),
             approaches=(None,) * size,
@@ -131,8 +131,8 @@ class StochasticApproach:
         )
 
     def advise(
-        self, state: LineState, authority: Authority, memory: ApproachPlans
-    ) -> tuple[Advice, ApproachPlans]:
+        self, state: LineState, authority: Authority, memory: ReleasePlans
+    ) -> tuple[Advice, ReleasePlans]:
         """Return the advice for every train."""
         changed = state.calls_version != memory.calls_version or bool(state.events)
         if changed:
@@ -148,9 +148,7 @@ class StochasticApproach:
         )
         return Advice(ceiling_mps, reason, cause), memory
 
-    def _decide(
-        self, state: LineState, authority: Authority, memory: ApproachPlans
-    ) -> ApproachPlans:
+    def _decide(self, state: LineState, authority: Authority, memory: ReleasePlans) -> ReleasePlans:
         sites = self._site_numbers(memory.approaches)
         rate_mps2 = self._no_plan
         if self._tables.stack:
@@ -172,7 +170,7 @@ class StochasticApproach:
             planned_mps=state.speed_mps, rate_mps2=rate_mps2, stays=stay, decided_s=state.time_s
         )
 
-    def _with_events(self, state: LineState, memory: ApproachPlans) -> ApproachPlans:
+    def _with_events(self, state: LineState, memory: ReleasePlans) -> ReleasePlans:
         """Learn from releases, run in after them, and find who approaches what."""
         waits = waits_for_leader(self._world, state)
         called = plain(Called(state.leader, waits, state.next_call, state.stop_m, state.arrival_s))
@@ -195,7 +193,7 @@ class StochasticApproach:
             points_left_m=points_left_m(self._world, state),
         )
 
-    def _caps_mps(self, state: LineState, memory: ApproachPlans) -> FloatArray:
+    def _caps_mps(self, state: LineState, memory: ReleasePlans) -> FloatArray:
         """Choose how fast to run in behind the trains that were released now."""
         gone = {*state.events.released, *state.events.left}
         cap_mps = np.where(state.running, memory.cap_mps, NO_CEILING_MPS)
@@ -209,7 +207,7 @@ class StochasticApproach:
                 cap_mps[row] = run_in_cap_mps(site, motion, CAPS_MPS, self._costs)
         return cap_mps
 
-    def _learn(self, state: LineState, memory: ApproachPlans) -> ApproachPlans:
+    def _learn(self, state: LineState, memory: ReleasePlans) -> ReleasePlans:
         """Take note of the delays of trains that are released."""
         world, score = self._world, memory.score
         seen_s, awaited_s = memory.seen_s, memory.awaited_s
@@ -227,7 +225,7 @@ class StochasticApproach:
             seen_s, awaited_s = seen_s + delay_s, awaited_s + factor * self._belief.mean_s
         return memory._replace(score=score, seen_s=seen_s, awaited_s=awaited_s)
 
-    def _run_factor(self, memory: ApproachPlans) -> float:
+    def _run_factor(self, memory: ReleasePlans) -> float:
         """Return by what factor this run's delays are longer than expected, as far as seen."""
         known_s = WORTH_CALLS * self._belief.mean_s
         if known_s <= 0.0:
@@ -255,7 +253,7 @@ class StochasticApproach:
 
     def _made(
         self, row: int, calls: tuple[int, int, int], factor: float
-    ) -> tuple[Site, Tables] | None:
+    ) -> tuple[PlatformSite, Tables] | None:
         site = approach_site(self._world, self._foresight, row, calls)
         if site is None:
             return None

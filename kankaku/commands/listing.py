@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import changed_options
-from kankaku.controllers.energy.eco_margin import SUMMARY, WORD
+from kankaku.controllers.eco_layer.eco_margin import SUMMARY, WORD
 from kankaku.controllers.layers import PluginError, Registry
 from kankaku.railway.plan.scenario import ControllerSpec
 
