@@ -17,7 +17,7 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import LineState, Whereabouts
 
 
-class Ways(NamedTuple):
+class ForecastTables(NamedTuple):
     """What forecasts need of line and fleet; it stays for a whole run."""
 
     origin_m: float
@@ -64,8 +64,10 @@ class DepartureForecast:
         # v/(2a) + L/v + v/b after the departure of a leader of length L, from Sato et al. 2025,
         # eqs. (14) and (15), least over the speed v that is held into the platform.
         shortest_s = 2.0 * np.sqrt(world.length_m * (0.5 / acceleration_mps2 + 1.0 / brake_mps2))
+        self.interval_s: FloatArray = shortest_s
+        """From the departure of each train to the arrival of the next one, at least. [s]"""
         self.ways = plain(
-            Ways(
+            ForecastTables(
                 world.profile.origin_m,
                 np.cumsum(1.0 / world.driven_profile.ceiling_mps, axis=1),
                 RunUpTable.of(run_up),
@@ -94,10 +96,27 @@ class DepartureForecast:
             Seconds after midnight; minus infinity where there is no next stop or no train.
             [s], shape (n_trains,)
         """
+        return self.ready_and_earliest_s(state)[1]
+
+    def ready_and_earliest_s(self, state: LineState) -> tuple[FloatArray, FloatArray]:
+        """
+        Return when every train is ready at its next stop, and when it departs at the earliest.
+
+        Parameters
+        ----------
+        state
+            The line.
+
+        Returns
+        -------
+        tuple[FloatArray, FloatArray]
+            When its minimum dwell is over, and when it departs, in seconds after midnight; minus
+            infinity where there is no next stop or no train. [s], shape (n_trains,) each
+        """
         waits = waits_for_leader(self._world, state)
         called = state.leader, waits, state.next_call, state.stop_m, state.arrival_s
         known = self.ways, self.booked
-        return departures_s(state.time_s, state.whereabouts, called, known, self._no_longer_s)[1]
+        return departures_s(state.time_s, state.whereabouts, called, known, self._no_longer_s)
 
 
 @compiled
@@ -120,7 +139,7 @@ def departures_s(
     called_fields
         Of :class:`Called`, plain.
     known
-        Of :class:`Ways` and :class:`Booked`, plain.
+        Of :class:`ForecastTables` and :class:`Booked`, plain.
     longer_s
         By how much later than at the earliest each train that stands at its stop departs.
         [s], shape (n_trains,)
@@ -153,26 +172,28 @@ def departures_s(
 
 
 @compiled
-def ways_of(fields: Plain) -> Ways:
+def ways_of(fields: Plain) -> ForecastTables:
     """
     Return what forecasts need with its names.
 
     Parameters
     ----------
     fields
-        Of :class:`Ways`, plain.
+        Of :class:`ForecastTables`, plain.
 
     Returns
     -------
-    Ways
+    ForecastTables
         The same.
     """
     origin_m, travel_s, run_up, type_index, interval_s, brake_mps2 = fields
-    return Ways(origin_m, travel_s, RunUpTable(*run_up), type_index, interval_s, brake_mps2)
+    return ForecastTables(
+        origin_m, travel_s, RunUpTable(*run_up), type_index, interval_s, brake_mps2
+    )
 
 
 @compiled
-def _free_run_s(trains: Whereabouts, called: Called, ways: Ways, row: int) -> float:
+def _free_run_s(trains: Whereabouts, called: Called, ways: ForecastTables, row: int) -> float:
     """Return the time to the next stop if nothing is in the way."""
     kind, front_m, stop_m = ways.type_index[row], trains.front_m[row], called.stop_m[row]
     start, stop = int(front_m - ways.origin_m), int(stop_m - ways.origin_m)

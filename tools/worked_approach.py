@@ -7,7 +7,7 @@ from typing import Any
 from kankaku.controllers import registry
 from kankaku.controllers.stochastic import waiting
 from kankaku.controllers.stochastic.approach_options import StochasticApproachOptions
-from kankaku.controllers.stochastic.approach_site import Site, approach_site
+from kankaku.controllers.stochastic.approach_site import PlatformSite, approach_site
 from kankaku.controllers.stochastic.belief import Belief
 from kankaku.controllers.stochastic.run_in import Costs
 from kankaku.controllers.stochastic.stochastic_approach import CAPS_MPS
@@ -50,7 +50,7 @@ def main() -> None:
     sys.stdout.write("\n".join(_decision(site, tables, costs, at)) + "\n")
 
 
-def _site(world: World, station: str) -> Site:
+def _site(world: World, station: str) -> PlatformSite:
     follower, leader = (world.timetable.trains.index(train) for train in TRAINS)
     calls = [
         [call.station for call in world.timetable.services[row].calls].index(station)
@@ -66,7 +66,7 @@ def _site(world: World, station: str) -> Site:
 
 
 def _decision(
-    site: Site, tables: waiting.Tables, costs: Costs, at: tuple[float, float, float]
+    site: PlatformSite, tables: waiting.Tables, costs: Costs, at: tuple[float, float, float]
 ) -> list[str]:
     distance_m, speed_mps, overstay_s = at
     time = int(overstay_s / waiting.LOOK_S)

@@ -86,6 +86,8 @@ class Indicator(NamedTuple):
     """What a reader calls it; empty for one that is not compared."""
     per_cent_above: float = 0.0
     """Changes are told in per cent of a baseline above this. In the indicator's unit"""
+    rare: bool = False
+    """Left out of comparisons in which it is 0 in every run."""
 
 
 def _scheduled_speed_kmh(measured: MeasuredRun) -> float:
@@ -143,6 +145,24 @@ INDICATORS = (
         lambda measured: measured.run.energy["interstation_crawl_time_s"].sum(),
         "crawl between stations",
         10.0,
+    ),
+    Indicator(
+        Topic.STOPS,
+        Column("held_open_time_s", "float64", "s", "held at platforms by supervision, doors open"),
+        lambda measured: measured.run.calls["held_open_s"].sum(),
+        "held at platforms, doors open",
+        10.0,
+        rare=True,
+    ),
+    Indicator(
+        Topic.STOPS,
+        Column(
+            "held_closed_time_s", "float64", "s", "the same with closed doors, the stop being over"
+        ),
+        lambda measured: measured.run.calls["held_closed_s"].sum(),
+        "held at platforms, doors closed",
+        10.0,
+        rare=True,
     ),
     Indicator(
         Topic.DELAY,

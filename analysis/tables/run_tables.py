@@ -24,6 +24,7 @@ from kankaku.railway.step.records import (
     TRAJECTORY,
     UNFINISHED,
     VIOLATIONS,
+    HeldTimes,
     RunRecord,
 )
 from kankaku.railway.step.state import NO_REASON, NOTHING, Reason
@@ -108,6 +109,8 @@ def _calls_frame(record: RunRecord, run_times_s: FloatArray) -> pd.DataFrame:
         world.booked_departure_s[made],
     )
     minimum_dwell_s, dwell_delay_s = world.minimum_dwell_s[made], record.dwell_delay_s[made]
+    nobody_s = np.zeros_like(record.arrival_s)
+    held = record.held or HeldTimes(nobody_s, nobody_s)
     unhindered_s = delay.unhindered_arrivals_s(world, record.dwell_delay_s, run_times_s)[made]
     return typed_frame(
         {
@@ -133,6 +136,8 @@ def _calls_frame(record: RunRecord, run_times_s: FloatArray) -> pd.DataFrame:
                 arrival_s, unhindered_s, booked_arrival_s, record.end_s
             ),
             "stop_error_m": record.stop_error_m[made],
+            "held_open_s": held.open_s[made],
+            "held_closed_s": held.closed_s[made],
         },
         CALLS,
     )

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from kankaku.analysis.tables.columns import rows_of
-from kankaku.analysis.tables.compare import comparison
+from kankaku.analysis.tables.compare import comparison, told_indicators
 from kankaku.analysis.tables.indicators import COMPARED
 from kankaku.analysis.tables.run_tables import DWELLING, PLAN, REASONS, RunTables
 from kankaku.analysis.tables.sweep import SWEEP_INDICATORS, SweepTables
@@ -25,6 +25,7 @@ REASON_TEXTS: Mapping[str, str] = {
     "plan": "plan of the operation",
     "emergency": "emergency brake",
     "peer": "driven by the peer",
+    "held": "held at its platform, doors closed",
 }
 MOST_UNFINISHED = 30
 """Trains that the report names; all of them are in the tables."""
@@ -209,7 +210,7 @@ def report_text(  # noqa: PLR0913 - one argument per part of the report
         _reasons(runs),
         *([_remaining(notes.remaining)] if notes.remaining else []),
         [f"![{label_of(name.rpartition('.')[0])}]({name})" for name in figures],
-        _meanings(swept=swept is not None),
+        _meanings(summary, swept=swept is not None),
     )
     return "\n".join(line for section in sections for line in [*section, ""]).rstrip() + "\n"
 
@@ -371,8 +372,9 @@ def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str
         yield f"| {' | '.join(row)} |"
 
 
-def _meanings(*, swept: bool) -> list[str]:
-    compared = [(told.label, told.column.meaning) for told in COMPARED.values()]
+def _meanings(summary: pd.DataFrame, *, swept: bool) -> list[str]:
+    told = [COMPARED[name] for name in told_indicators(summary)]
+    compared = [(one.label, one.column.meaning) for one in told]
     meanings = SWEEP_INDICATORS.values() if swept else compared
     return [
         "## What the indicators mean",

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import changed_options
+from kankaku.controllers.eco_layer.eco_margin import SUMMARY, WORD
 from kankaku.controllers.layers import PluginError, Registry
 from kankaku.railway.plan.scenario import ControllerSpec
 
@@ -20,7 +21,7 @@ class Listing(NamedTuple):
 
 def known_controllers() -> tuple[Listing, ...]:
     """
-    Return the protections, operations and peers that a scenario can name.
+    Return protections, operations, supervisions, other layers and peers that one can name.
 
     Returns
     -------
@@ -30,9 +31,19 @@ def known_controllers() -> tuple[Listing, ...]:
     layers = (
         _listing("Protection (how far and how fast a train may go)", registry.PROTECTIONS),
         _listing("Operation (how it uses that permission)", registry.OPERATIONS),
+        _listing("Supervision (what it decides at platforms)", registry.SUPERVISIONS),
     )
     peers = tuple((name, peer.summary) for name, peer in registry.PEERS.items())
-    return *layers, Listing("Peer (drives the trains itself)", ("name", "what it does"), peers)
+    energy = Listing(
+        "Energy layer (around any operation, by keys of the controller)",
+        ("name", "what it does", "keys"),
+        ((WORD, SUMMARY, "eco_margin_s = a number\neco_reserve = false"),),
+    )
+    return (
+        *layers,
+        energy,
+        Listing("Peer (drives the trains itself)", ("name", "what it does"), peers),
+    )
 
 
 def _listing(title: str, layers: Registry) -> Listing:
@@ -77,16 +88,29 @@ def controllers_of(title: str, specs: Sequence[ControllerSpec]) -> Listing:
     """
     return Listing(
         title,
-        ("name", "protection", "operation", "options that differ", "runs by default"),
+        (
+            "name",
+            "protection",
+            "operation",
+            "supervision",
+            "options that differ",
+            "runs by default",
+        ),
         tuple(_row(spec) for spec in specs),
     )
 
 
 def _row(spec: ControllerSpec) -> tuple[str, ...]:
-    layers = (f"peer {spec.peer}", "-") if spec.peer else (spec.protection, spec.operation)
+    layers = (spec.protection, spec.operation, spec.supervision)
+    if spec.peer:
+        layers = (f"peer {spec.peer}", "-", "-")
     options = dict(changed_options(spec))
-    if spec.radio:
-        options["radio"] = True
+    beside = {
+        "radio": spec.radio,
+        "eco_margin_s": spec.eco_margin_s,
+        "eco_reserve": spec.eco_reserve,
+    }
+    options |= {key: value for key, value in beside.items() if value}
     return spec.name, *layers, _lines(options.items()), "yes" if spec.by_default else "no"
 
 

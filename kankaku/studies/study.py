@@ -143,8 +143,8 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
     progress
         Called with the simulated time now and then. [s]
     wrap
-        Called with "engine", "protection", "operation" or "drive" and that layer; returns
-        what stands in for it, for example something that measures it.
+        Called with "engine", "protection", "supervision", "operation" or "drive" and that layer;
+        returns what stands in for it, for example something that measures it.
     unit_failures
         What units and the centre do wrong; with any, even none, a protection sees what units
         measure, otherwise what is.
@@ -199,6 +199,7 @@ def _wrapped(bare: Controller, wrap: Callable[[str, Any], Any]) -> Controller:
         protection=wrap("protection", bare.protection),
         operation=wrap("operation", bare.operation),
         drive=wrap("drive", bare.drive),
+        supervision=bare.supervision and wrap("supervision", bare.supervision),
     )
 
 

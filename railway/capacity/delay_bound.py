@@ -2,12 +2,11 @@
 The earliest arrivals that any control could reach over a protection: a bound of delay.
 
 Given are the dwell delays and the order in which trains come to each platform. A train departs when
-it is booked to and ready, never sooner; it runs as fast as its drivers do, in the style of a late train
-or not as it did; and it does not arrive before the least interval after the train ahead may have
-left the platform. Each event takes the
-latest of what it waits for, so that the events of a day follow by a recursion in max-plus algebra
-[1]_. What else may keep trains apart is left out: the bound may be lower than what can be reached,
-but no run is below it.
+it is booked to and ready, never sooner; it runs as fast as its drivers do, in the style of a late
+train or not as it did; and it does not arrive before the least interval after the train ahead may
+have left the platform. Each event takes the latest of what it waits for, so that the events of a
+day follow by a recursion in max-plus algebra [1]_. What else may keep trains apart is left out: the
+bound may be lower than what can be reached, but no run is below it.
 
 References
 ----------
@@ -30,7 +29,7 @@ EDGE_STEPS = 1.5
 """Who departs so many steps before it counts as late may have hurried already. [-]"""
 
 
-class Order(NamedTuple):
+class PlatformOrder(NamedTuple):
     """Who comes to platforms in which order; arrays of shape (n_events,), first arrival first."""
 
     row: IntArray
@@ -43,7 +42,7 @@ class Order(NamedTuple):
     """The call of that one there; -1 for none."""
 
 
-def platform_order(world: World, arrival_s: FloatArray) -> Order:
+def platform_order(world: World, arrival_s: FloatArray) -> PlatformOrder:
     """
     Return who comes after whom at each platform track.
 
@@ -57,7 +56,7 @@ def platform_order(world: World, arrival_s: FloatArray) -> Order:
 
     Returns
     -------
-    Order
+    PlatformOrder
         All calls of all trains.
     """
     calls = arrival_s.shape[1]
@@ -77,10 +76,12 @@ def platform_order(world: World, arrival_s: FloatArray) -> Order:
         if place in last:
             before[event], left[event] = rows[last[place]], columns[last[place]]
         last[place] = event
-    return Order(rows, columns, before, left)
+    return PlatformOrder(rows, columns, before, left)
 
 
-def least_intervals_s(world: World, order: Order, foresight: Foresight | None) -> FloatArray:
+def least_intervals_s(
+    world: World, order: PlatformOrder, foresight: Foresight | None
+) -> FloatArray:
     """
     Return how long after the train before may have departed each train can arrive.
 
@@ -171,7 +172,7 @@ def earliest_arrivals_s(
     world: World,
     dwell_delay_s: FloatArray,
     run_times_s: FloatArray,
-    order: Order,
+    order: PlatformOrder,
     interval_s: FloatArray,
 ) -> FloatArray:
     """

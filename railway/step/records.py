@@ -60,6 +60,13 @@ CALLS = (
         "lateness at arrival beyond the unhindered; if never reached, at least until the end",
     ),
     Column("stop_error_m", "float64", "m", "front minus stop position while standing"),
+    Column("held_open_s", "float64", "s", "by how much supervision extended the stop, doors open"),
+    Column(
+        "held_closed_s",
+        "float64",
+        "s",
+        "how long supervision kept the train at its platform after its stop, doors closed",
+    ),
 )
 TRAJECTORY = (
     Column("time_s", "float64", "s", "seconds after midnight"),
@@ -73,7 +80,8 @@ TRAJECTORY = (
         "str",
         "",
         "what bound the speed: traction, line_limit, train_ahead, obstruction_ahead, "
-        "station_stop, plan, emergency, peer; dwelling while the stop holds the train",
+        "station_stop, plan, emergency, peer; dwelling while the stop holds the train; held while "
+        "supervision keeps it at its platform, doors closed",
     ),
     Column("plan", "str", "", "the operation's own word for its plan; empty for other reasons"),
     Column(
@@ -236,6 +244,15 @@ class Trajectory(NamedTuple):
     """Turnouts, level crossings and closures by column."""
 
 
+class HeldTimes(NamedTuple):
+    """How long supervision held trains at platforms; [s], shape (n_trains, n_calls_max)."""
+
+    open_s: FloatArray
+    """By how much it extended each stop, doors open. [s]"""
+    closed_s: FloatArray
+    """How long a train stayed after its stop was over, doors closed. [s]"""
+
+
 class Standstills(NamedTuple):
     """Running trains at a stand away from a booked stop; shape (n_standstills,)."""
 
@@ -299,3 +316,5 @@ class RunRecord:
     """When the run ended; not a number where nobody knows. [s]"""
     foresight: Foresight | None = None
     """What its protection says beforehand; None where nobody knows, or a peer drives."""
+    held: HeldTimes | None = None
+    """How long supervision held trains at platforms; None under a controller without."""

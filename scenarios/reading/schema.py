@@ -41,7 +41,7 @@ class Checked(BaseModel):
 
 class ControllerEntry(Checked):
     """
-    A named pair of protection and operation, or a peer.
+    A named pair of protection and operation, perhaps with a supervision, or a peer.
 
     The options are checked by their owners.
     """
@@ -51,9 +51,13 @@ class ControllerEntry(Checked):
     operation: OptionalName = None
     protection_options: dict[str, Option] = {}
     operation_options: dict[str, Option] = {}
+    supervision: OptionalName = None
+    supervision_options: dict[str, Option] = {}
     radio: bool = False
     by_default: bool = True
     driving: OptionalName = None
+    eco_margin_s: float | None = Field(None, ge=0.001, le=60.0)
+    eco_reserve: bool = False
 
 
 class DwellSettings(Checked):

@@ -135,7 +135,7 @@ def test_samples_name_the_track_of_the_trains_route_and_what_bound_it() -> None:
 
 def test_every_reason_has_its_own_name() -> None:
     words = "traction line_limit train_ahead obstruction_ahead station_stop plan emergency peer"
-    assert (*words.split(), "dwelling") == REASONS
+    assert (*words.split(), "dwelling", "held") == REASONS
     assert len(REASONS) == len(Reason)
 
 

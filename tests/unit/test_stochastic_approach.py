@@ -12,7 +12,7 @@ from kankaku.controllers import registry
 from kankaku.controllers.options import OptionError
 from kankaku.controllers.stochastic import waiting
 from kankaku.controllers.stochastic.approach_options import StochasticApproachOptions
-from kankaku.controllers.stochastic.approach_site import Site, approach_site
+from kankaku.controllers.stochastic.approach_site import PlatformSite, approach_site
 from kankaku.controllers.stochastic.belief import Belief
 from kankaku.controllers.stochastic.run_in import Costs, run_in
 from kankaku.controllers.stochastic.waiting import make_tables
@@ -69,7 +69,7 @@ def path_of(record: RunRecord, row: int) -> tuple[FloatArray, FloatArray, FloatA
     return way.time_s[of_it], way.front_m[of_it], way.speed_mps[of_it]
 
 
-def site_of(scenario: Scenario) -> tuple[World, Site]:
+def site_of(scenario: Scenario) -> tuple[World, PlatformSite]:
     """Return the site of the second train behind the first one."""
     world = world_of(scenario)
     spec = ControllerSpec("close_up", "moving_block", "close_up", {}, {})
