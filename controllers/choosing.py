@@ -1,7 +1,8 @@
 """
 Choosing controllers beyond those of a scenario: other layers, and other options.
 
-``moving_block+eco`` is a protection and an operation with the defaults of their options;
+``moving_block+eco`` is a protection and an operation with the defaults of their options, and
+``moving_block+eco+headway_regulation`` has a supervision besides;
 ``two_stage.slowest_kmh=20`` gives an option of a controller another value.
 """
 
@@ -9,23 +10,24 @@ import math
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from kankaku.controllers.energy.eco_margin import energy_of
+from kankaku.controllers.eco_layer.eco_margin import energy_of
 from kankaku.controllers.registry import (
     OPERATIONS,
     PROTECTIONS,
+    SUPERVISIONS,
     ControllerError,
     Registry,
     choose_layer,
     likely,
 )
-from kankaku.railway.plan.scenario import ControllerSpec, Option
+from kankaku.railway.plan.scenario import UNSUPERVISED, ControllerSpec, Option
 
 PLUS = "+"
 """Between the layers of a controller that no scenario names; no name in a file has it."""
 CONTROLLER, SET = "--controller", "--set"
-PROTECTION, OPERATION = "protection", "operation"
+PROTECTION, OPERATION, SUPERVISION = "protection", "operation", "supervision"
 RADIO, ECO_MARGIN, ECO_RESERVE = "radio", "eco_margin_s", "eco_reserve"
 BESIDE = {RADIO: "true or false", ECO_MARGIN: "a number", ECO_RESERVE: "true or false"}
 """What can be set of a controller beside the options of its layers, and to what."""
@@ -33,6 +35,23 @@ _VALUES = "a finite number, true or false, or a list of finite numbers, as in sc
 SHOWN = 40
 """Characters of a value that a complaint shows."""
 _FORM = "<controller>.<option>=<value>"
+
+
+def knows_future(spec: ControllerSpec) -> bool:
+    """
+    Return whether a controller is told the drawn dwell delays: for comparison only.
+
+    Parameters
+    ----------
+    spec
+        One that can be built.
+
+    Returns
+    -------
+    bool
+        Whether its operation is.
+    """
+    return spec.peer is None and OPERATIONS[spec.operation].knows_future
 
 
 def named(specs: Sequence[ControllerSpec], name: str) -> ControllerSpec:
@@ -44,7 +63,7 @@ def named(specs: Sequence[ControllerSpec], name: str) -> ControllerSpec:
     specs
         Controllers of the scenario.
     name
-        One of theirs, or ``protection+operation``.
+        One of theirs, ``protection+operation``, or ``protection+operation+supervision``.
 
     Returns
     -------
@@ -65,15 +84,18 @@ def named(specs: Sequence[ControllerSpec], name: str) -> ControllerSpec:
             problem=f"{name!r} is not a controller of this scenario",
             allowed=f"{likely(name, known)}, or <protection>{PLUS}<operation>",
         )
-    protection, _, operation = name.partition(PLUS)
+    protection, _, rest = name.partition(PLUS)
+    operation, plus, supervision = rest.partition(PLUS)
+    supervision = supervision if plus else UNSUPERVISED
     for kind, layer, registry in (
         (PROTECTION, protection, PROTECTIONS),
         (OPERATION, operation, OPERATIONS),
+        (SUPERVISION, supervision, SUPERVISIONS),
     ):
         if layer not in registry:
             problem = f"{name!r}: {layer!r} is not a known {kind}"
             raise ControllerError(CONTROLLER, problem, likely(layer, registry))
-    return ControllerSpec(name, protection, operation, {}, {})
+    return ControllerSpec(name, protection, operation, {}, {}, supervision=supervision)
 
 
 def with_settings(
@@ -88,8 +110,8 @@ def with_settings(
         Controllers that are to run.
     settings
         ``<controller>.<option>=<value>`` each, the value as in ``scenario.toml``; the last one
-        of an option counts. An option that both layers have is named
-        ``<controller>.protection.<option>`` or ``<controller>.operation.<option>``.
+        of an option counts. An option that several layers have is named with its layer, as in
+        ``<controller>.protection.<option>``.
 
     Returns
     -------
@@ -169,9 +191,8 @@ def _set(spec: ControllerSpec, key: str, value: Option) -> ControllerSpec:
         choose_layer(registry, where, name, options)
     except ControllerError as error:
         raise ControllerError(where, error.problem, error.allowed) from error
-    if layer == PROTECTION:
-        return replace(spec, protection_options=options)
-    return replace(spec, operation_options=options)
+    changed: dict[str, Any] = {f"{layer}_options": options}
+    return replace(spec, **changed)
 
 
 def _with_beside(spec: ControllerSpec, key: str, value: Option, where: str) -> ControllerSpec:
@@ -191,6 +212,7 @@ def _layers(spec: ControllerSpec) -> Mapping[str, tuple[Registry, str, Mapping[s
     return {
         PROTECTION: (PROTECTIONS, spec.protection, spec.protection_options),
         OPERATION: (OPERATIONS, spec.operation, spec.operation_options),
+        SUPERVISION: (SUPERVISIONS, spec.supervision, spec.supervision_options),
     }
 
 
@@ -207,7 +229,8 @@ def _place_of(spec: ControllerSpec, key: str, where: str) -> _Place:
     if len(found) == 1:
         return found[0]
     if found:
-        problem = f"both layers have the option {key!r}"
+        layers = " and ".join(place.layer for place in found)
+        problem = f"{layers} have the option {key!r}"
         both = ", ".join(f"{spec.name}.{place.layer}.{key}" for place in found)
         raise ControllerError(where, problem, both)
     allowed = ", ".join([*(option for options in known.values() for option in options), *BESIDE])
@@ -226,7 +249,7 @@ def changed_options(spec: ControllerSpec) -> dict[str, Option]:
     Returns
     -------
     dict[str, Option]
-        By option; where both layers have one of that name, by layer and option.
+        By option; where several layers have one of that name, by layer and option.
 
     Raises
     ------

@@ -6,13 +6,48 @@ not. So this is a lower bound, and a follower loses nothing by counting on it.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.motion.run_up import RunUp
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.motion.run_up import RunUp, RunUpTable, shortest_s
 from kankaku.railway.plan.world import World
-from kankaku.railway.step.state import LineState
+from kankaku.railway.step.state import LineState, Whereabouts
+
+
+class ForecastTables(NamedTuple):
+    """What forecasts need of line and fleet; it stays for a whole run."""
+
+    origin_m: float
+    """Where the tables begin. [m]"""
+    travel_s: FloatArray
+    """Time at the ceiling from there on, by train type and metre. [s], shape (n_types, n_grid)"""
+    run_up: RunUpTable
+    type_index: IntArray
+    interval_s: FloatArray
+    """From the departure of each train to the arrival of the next one, at least. [s]"""
+    brake_mps2: float
+
+
+class Booked(NamedTuple):
+    """The timetable; arrays of shape (n_trains, n_calls_max + 1) but the first."""
+
+    call_count: IntArray
+    minimum_dwell_s: FloatArray
+    departure_s: FloatArray
+
+
+class Called(NamedTuple):
+    """How far the trains have come; see :class:`~kankaku.railway.step.state.LineState`."""
+
+    leader: IntArray
+    waits: BoolArray
+    """From :func:`waits_for_leader`."""
+    next_call: IntArray
+    stop_m: FloatArray
+    arrival_s: FloatArray
 
 
 class DepartureForecast:
@@ -26,14 +61,25 @@ class DepartureForecast:
         brake_mps2: float,
     ) -> None:
         self._world = world
-        self._brake_mps2 = brake_mps2
-        self._run_up = run_up
-        self._type_index: list[int] = world.type_index.tolist()
-        self._travel_s = np.cumsum(1.0 / world.driven_profile.ceiling_mps, axis=1)
         # v/(2a) + L/v + v/b after the departure of a leader of length L, from Sato et al. 2025,
         # eqs. (14) and (15), least over the speed v that is held into the platform.
         shortest_s = 2.0 * np.sqrt(world.length_m * (0.5 / acceleration_mps2 + 1.0 / brake_mps2))
-        self._interval_s: list[float] = shortest_s.tolist()
+        self.interval_s: FloatArray = shortest_s
+        """From the departure of each train to the arrival of the next one, at least. [s]"""
+        self.ways = plain(
+            ForecastTables(
+                world.profile.origin_m,
+                np.cumsum(1.0 / world.driven_profile.ceiling_mps, axis=1),
+                RunUpTable.of(run_up),
+                world.type_index,
+                shortest_s,
+                brake_mps2,
+            )
+        )
+        self.booked = plain(
+            Booked(world.call_count, world.minimum_dwell_s, world.booked_departure_s)
+        )
+        self._no_longer_s = np.zeros(world.size)
 
     def earliest_departures_s(self, state: LineState) -> FloatArray:
         """
@@ -50,36 +96,112 @@ class DepartureForecast:
             Seconds after midnight; minus infinity where there is no next stop or no train.
             [s], shape (n_trains,)
         """
-        world, now_s = self._world, state.time_s
-        earliest_s = np.full(world.size, -np.inf)
-        waits = waits_for_leader(world, state)
-        for row in np.flatnonzero(state.present).tolist():
-            call = state.next_call[row]
-            if call >= world.call_count[row]:
-                continue
-            arrival_s = float(state.arrival_s[row])
-            if state.running[row]:
-                arrival_s = now_s + self._free_run_s(state, row)
-                if waits[row]:
-                    leader = state.leader[row]
-                    clear_s = earliest_s[leader] + self._interval_s[leader]
-                    arrival_s = max(arrival_s, clear_s)
-            ready_s = arrival_s + world.minimum_dwell_s[row, call]
-            earliest_s[row] = max(ready_s, world.booked_departure_s[row, call], now_s)
-        return earliest_s
+        return self.ready_and_earliest_s(state)[1]
 
-    def _free_run_s(self, state: LineState, row: int) -> float:
-        """Return the time to the next stop if nothing is in the way."""
-        kind = self._type_index[row]
-        front_m, stop_m = float(state.front_m[row]), float(state.stop_m[row])
-        origin_m = self._world.profile.origin_m
-        start, stop = int(front_m - origin_m), int(stop_m - origin_m)
-        if start >= stop:
-            return 0.0
-        at_ceiling_s = float(self._travel_s[kind, stop] - self._travel_s[kind, start])
-        mean_mps = (stop - start) / at_ceiling_s
-        speed = float(state.speed_mps[row])
-        return self._run_up[kind].shortest_s(stop_m - front_m, speed, mean_mps, self._brake_mps2)
+    def ready_and_earliest_s(self, state: LineState) -> tuple[FloatArray, FloatArray]:
+        """
+        Return when every train is ready at its next stop, and when it departs at the earliest.
+
+        Parameters
+        ----------
+        state
+            The line.
+
+        Returns
+        -------
+        tuple[FloatArray, FloatArray]
+            When its minimum dwell is over, and when it departs, in seconds after midnight; minus
+            infinity where there is no next stop or no train. [s], shape (n_trains,) each
+        """
+        waits = waits_for_leader(self._world, state)
+        called = state.leader, waits, state.next_call, state.stop_m, state.arrival_s
+        known = self.ways, self.booked
+        return departures_s(state.time_s, state.whereabouts, called, known, self._no_longer_s)
+
+
+@compiled
+def departures_s(
+    now_s: float,
+    whereabouts: Plain,
+    called_fields: Plain,
+    known: tuple[Plain, Plain],
+    longer_s: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """
+    Return when every train is ready at its next stop, and when it departs.
+
+    Parameters
+    ----------
+    now_s
+        The time. [s]
+    whereabouts
+        See :class:`~kankaku.railway.step.state.Whereabouts`.
+    called_fields
+        Of :class:`Called`, plain.
+    known
+        Of :class:`ForecastTables` and :class:`Booked`, plain.
+    longer_s
+        By how much later than at the earliest each train that stands at its stop departs.
+        [s], shape (n_trains,)
+
+    Returns
+    -------
+    tuple[FloatArray, FloatArray]
+        When its minimum dwell is over, and when it departs, in seconds after midnight; minus
+        infinity where there is no next stop or no train. [s], shape (n_trains,) each
+    """
+    trains, called = Whereabouts(*whereabouts), Called(*called_fields)
+    ways, booked = ways_of(known[0]), Booked(*known[1])
+    earliest_s = np.full(trains.front_m.size, -np.inf)
+    ready_s = np.full(trains.front_m.size, -np.inf)
+    for row in range(earliest_s.size):
+        call = called.next_call[row]
+        if not trains.present[row] or call >= booked.call_count[row]:
+            continue
+        arrival_s = called.arrival_s[row]
+        if trains.running[row]:
+            arrival_s = now_s + _free_run_s(trains, called, ways, row)
+            if called.waits[row]:
+                leader = called.leader[row]
+                arrival_s = max(arrival_s, earliest_s[leader] + ways.interval_s[leader])
+        ready_s[row] = arrival_s + booked.minimum_dwell_s[row, call]
+        earliest_s[row] = max(ready_s[row], booked.departure_s[row, call], now_s)
+        if not trains.running[row]:
+            earliest_s[row] += longer_s[row]
+    return ready_s, earliest_s
+
+
+@compiled
+def ways_of(fields: Plain) -> ForecastTables:
+    """
+    Return what forecasts need with its names.
+
+    Parameters
+    ----------
+    fields
+        Of :class:`ForecastTables`, plain.
+
+    Returns
+    -------
+    ForecastTables
+        The same.
+    """
+    origin_m, travel_s, run_up, type_index, interval_s, brake_mps2 = fields
+    return ForecastTables(
+        origin_m, travel_s, RunUpTable(*run_up), type_index, interval_s, brake_mps2
+    )
+
+
+@compiled
+def _free_run_s(trains: Whereabouts, called: Called, ways: ForecastTables, row: int) -> float:
+    """Return the time to the next stop if nothing is in the way."""
+    kind, front_m, stop_m = ways.type_index[row], trains.front_m[row], called.stop_m[row]
+    start, stop = int(front_m - ways.origin_m), int(stop_m - ways.origin_m)
+    if start >= stop:
+        return 0.0
+    mean_mps = (stop - start) / (ways.travel_s[kind, stop] - ways.travel_s[kind, start])
+    run = stop_m - front_m, trains.speed_mps[row], mean_mps
+    return shortest_s(ways.run_up, kind, run, ways.brake_mps2)
 
 
 def waits_for_leader(world: World, state: LineState) -> BoolArray:

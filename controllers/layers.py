@@ -1,4 +1,4 @@
-"""What a protection or an operation is registered as, and where those of others come from."""
+"""What a layer is registered as, and where those of others come from."""
 
 from collections import UserDict
 from collections.abc import Collection, Iterator, Mapping
@@ -12,7 +12,13 @@ from kankaku.railway.errors import KankakuError, sentence_of
 from kankaku.railway.plan.radio_spec import RadioSpec
 from kankaku.railway.plan.scenario import MAIN_FILE
 from kankaku.railway.plan.world import World
-from kankaku.railway.step.control import Foresight, Operation, Protection, Separation
+from kankaku.railway.step.control import (
+    Foresight,
+    Operation,
+    Protection,
+    Separation,
+    Supervision,
+)
 from kankaku.railway.step.promises import Promises
 
 if TYPE_CHECKING:
@@ -71,16 +77,24 @@ class OperationFactory(Protocol):
         ...
 
 
-Factory: TypeAlias = ProtectionFactory | RadioFactory | OperationFactory
+class SupervisionFactory(Protocol):
+    """Builds a supervision from the world and its options; None where nobody decides."""
+
+    def __call__(self, world: World, options: Any, /) -> Supervision[Any] | None:  # noqa: ANN401
+        """Return the supervision."""
+        ...
+
+
+Factory: TypeAlias = ProtectionFactory | RadioFactory | OperationFactory | SupervisionFactory
 
 
 @dataclass(frozen=True, slots=True)
 class Layer:
     """
-    How to build a protection or an operation; what an entry point stands for.
+    How to build a protection, an operation or a supervision; what an entry point stands for.
 
-    A protection is built from the world and its options (if it always goes by radio, from the
-    radio, too), an operation also from what its protection will permit.
+    A protection or supervision is built from the world and its options (a protection that always
+    goes by radio from the radio, too), an operation also from what its protection will permit.
     """
 
     build: Factory
@@ -89,6 +103,8 @@ class Layer:
     summary: str
     medium: Medium = Medium.TRACK
     """Of a protection."""
+    knows_future: bool = False
+    """Of an operation that is told the drawn dwell delays: it is there for comparison only."""
 
 
 class ControllerError(KankakuError):
@@ -101,7 +117,7 @@ class ControllerError(KankakuError):
 
 
 class PluginError(KankakuError):
-    """A protection or operation of another package that cannot be used."""
+    """A layer of another package that cannot be used."""
 
 
 class OptionKind(NamedTuple):

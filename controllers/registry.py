@@ -1,20 +1,23 @@
 """
-The registry of controllers: a protection and an operation, each one file and one line here.
+The registry of layers: protections, operations and supervisions, each one file and one line here.
 
-A protection or operation is built from the world and an options dataclass, whose fields are
-the keys that a scenario file may set.
+A layer is built from the world and an options dataclass, whose fields are the keys that a scenario
+file may set.
 """
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
+import numpy as np
+
 from kankaku.controllers.centre.over_radio import OverRadio
+from kankaku.controllers.chosen_layer import choose_layer, likely
 from kankaku.controllers.control_map.map_operation import FollowPlan, FollowPlanOptions
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions
 from kankaku.controllers.drive import TractionDrive
-from kankaku.controllers.energy.eco_margin import EcoMargin, energy_of
+from kankaku.controllers.eco_layer.eco_margin import EcoMargin, energy_of
 from kankaku.controllers.layers import (
     ControllerError,
     Guarding,
@@ -25,7 +28,7 @@ from kankaku.controllers.layers import (
     ProtectionFactory,
     RadioFactory,
     Registry,
-    option_kinds,
+    SupervisionFactory,
 )
 from kankaku.controllers.operation.approach_point import ApproachPointControl, ApproachPointOptions
 from kankaku.controllers.operation.close_up import CloseUp, CloseUpOptions
@@ -38,11 +41,23 @@ from kankaku.controllers.protection.digital_atc import DigitalAtc, DigitalAtcOpt
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
 from kankaku.controllers.protection.multi_step_atc import MultiStepAtc, MultiStepAtcOptions
 from kankaku.controllers.protection.relative_braking import RelativeBraking, RelativeBrakingOptions
-from kankaku.railway.errors import KankakuError, sentence_of, suggesting
+from kankaku.controllers.stochastic.approach_options import StochasticApproachOptions
+from kankaku.controllers.stochastic.stochastic_approach import StochasticApproach
+from kankaku.controllers.supervision.headway_regulation import (
+    HeadwayRegulation,
+    HeadwayRegulationOptions,
+)
+from kankaku.controllers.supervision.hold_for_clear_way import (
+    HoldForClearWay,
+    HoldForClearWayOptions,
+)
+from kankaku.controllers.supervision.no_supervision import NoSupervisionOptions, nobody
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.errors import KankakuError, sentence_of
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec, keeps_pace
-from kankaku.railway.plan.scenario import ControllerSpec, Option
+from kankaku.railway.plan.scenario import UNSUPERVISED, ControllerSpec, Option
 from kankaku.railway.plan.world import World
-from kankaku.railway.step.control import Controller, Operation
+from kankaku.railway.step.control import Controller, Operation, Supervision
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -53,6 +68,7 @@ __all__ = [
     "OPERATIONS",
     "PEERS",
     "PROTECTIONS",
+    "SUPERVISIONS",
     "ControllerError",
     "Layer",
     "Medium",
@@ -119,6 +135,17 @@ OPERATIONS = Registry(
             ApproachPointOptions,
             "passes the approach point when the way becomes free (Sakai 2020)",
         ),
+        "stochastic_approach": Layer(
+            StochasticApproach,
+            StochasticApproachOptions,
+            "by the least cost to come while a leader may leave its platform at any moment",
+        ),
+        "clairvoyant": Layer(
+            StochasticApproach,
+            StochasticApproachOptions,
+            "the same, told when leaders will depart: for comparison only",
+            knows_future=True,
+        ),
         "eco": Layer(
             Eco, EcoOptions, "arrives at the booked time with the least energy (Kawashima 1991)"
         ),
@@ -128,9 +155,27 @@ OPERATIONS = Registry(
     },
 )
 
+SUPERVISIONS = Registry(
+    "supervision",
+    "kankaku.supervisions",
+    {
+        UNSUPERVISED: Layer(nobody, NoSupervisionOptions, "trains leave when their stops are over"),
+        "hold_for_clear_way": Layer(
+            HoldForClearWay,
+            HoldForClearWayOptions,
+            "holds a train until it can run to its next platform without standing",
+        ),
+        "headway_regulation": Layer(
+            HeadwayRegulation,
+            HeadwayRegulationOptions,
+            "holds a train until it is midway between its neighbours (Cats et al. 2011)",
+        ),
+    },
+)
 
 Made = TypeVar("Made")
 OPERATION_PARTS = ("reasons", "initial", "advise")
+SUPERVISION_PARTS = ("initial", "supervise")
 PROTECTION_PARTS = (
     *("separation", "promises", "initial", "authorise", "profile", "delay_s", "release_delay_s"),
     *("idle_time_s", "sighting_time_s", "eoa_behind_m", "permitted_mps"),
@@ -138,7 +183,12 @@ PROTECTION_PARTS = (
 """What whoever runs a layer calls; see :mod:`kankaku.railway.step.control`."""
 
 
-def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Controller:
+def build(
+    spec: ControllerSpec,
+    world: World,
+    radio: RadioSpec = LOSSLESS,
+    delays_s: FloatArray | None = None,
+) -> Controller:
     """
     Build a controller.
 
@@ -150,11 +200,14 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
         The line and its trains.
     radio
         What commands go by that go by radio.
+    delays_s
+        The drawn dwell delays, for operations that know the future; nobody overstays where None.
+        [s], shape (n_trains, n_calls_max)
 
     Returns
     -------
     Controller
-        Protection, operation and drive.
+        Protection, operation, drive and supervision.
 
     Raises
     ------
@@ -168,6 +221,11 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
     where = f"--controller {spec.name}" if "+" in spec.name else f"controllers.{spec.name}"
     world = world.driven_as(spec.driving)
     if spec.peer is not None:
+        if spec.supervision != UNSUPERVISED:
+            problem = f"{spec.peer!r} drives its trains itself: nobody can hold them at platforms"
+            raise ControllerError(
+                where=f"{where}.supervision", problem=problem, allowed=UNSUPERVISED
+            )
         try:
             return build_peer(spec.name, spec.peer, world)
         except OptionError as error:
@@ -179,7 +237,7 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
         # The plan, not the driver, spends the reserve.
         world = world.driven_as(world.driving.at_limits)
     protection = _protection(spec, world, radio, where)
-    operation = _operation(spec, world, protection, where)
+    operation = _operation(spec, world, protection, where, delays_s)
     if energy is not None:
         operation = EcoMargin(operation, world, usual, energy, protection)
     return Controller(
@@ -190,19 +248,35 @@ def build(spec: ControllerSpec, world: World, radio: RadioSpec = LOSSLESS) -> Co
         protection.separation,
         by_radio=_goes_by_radio(spec),
         promises=protection.promises,
+        supervision=_supervision(spec, world, where),
     )
 
 
 def _operation(
-    spec: ControllerSpec, world: World, protection: Guarding, where: str
+    spec: ControllerSpec,
+    world: World,
+    protection: Guarding,
+    where: str,
+    delays_s: FloatArray | None,
 ) -> Operation[Any]:
     layer, options = choose_layer(
         OPERATIONS, f"{where}.operation", spec.operation, spec.operation_options
     )
     make = cast("OperationFactory", layer.build)
+    if layer.knows_future:
+        told_s = np.zeros_like(world.minimum_dwell_s[:, :-1]) if delays_s is None else delays_s
+        world = replace(world, foretold_delay_s=told_s)
     return _made(
         OPERATIONS, spec.operation, lambda: make(world, options, protection), OPERATION_PARTS
     )
+
+
+def _supervision(spec: ControllerSpec, world: World, where: str) -> Supervision[Any] | None:
+    layer, options = choose_layer(
+        SUPERVISIONS, f"{where}.supervision", spec.supervision, spec.supervision_options
+    )
+    make = cast("SupervisionFactory", layer.build)
+    return _made(SUPERVISIONS, spec.supervision, lambda: make(world, options), SUPERVISION_PARTS)
 
 
 def _made(registry: Registry, name: str, make: Callable[[], Made], parts: tuple[str, ...]) -> Made:
@@ -305,6 +379,7 @@ def warnings(
         for sentence in (
             PROTECTIONS.overruled(spec.protection),
             OPERATIONS.overruled(spec.operation),
+            SUPERVISIONS.overruled(spec.supervision),
         ):
             if sentence:
                 names.setdefault(sentence, []).append(spec.name)
@@ -323,82 +398,16 @@ def options_of(spec: ControllerSpec) -> dict[str, dict[str, Option]]:
     Returns
     -------
     dict[str, dict[str, Option]]
-        Options by layer; a peer has none.
+        Options by layer; a peer has none, nor has a supervision that is none.
     """
     if spec.peer is not None:
         return {}
-    found = {
+    told = {
         "protection": asdict(PROTECTIONS[spec.protection].options(**spec.protection_options)),
         "operation": asdict(OPERATIONS[spec.operation].options(**spec.operation_options)),
     }
+    if spec.supervision != UNSUPERVISED:
+        options = SUPERVISIONS[spec.supervision].options(**spec.supervision_options)
+        told["supervision"] = asdict(options)
     energy = energy_of(spec, f"controllers.{spec.name}")
-    return found if energy is None else {**found, "energy": asdict(energy)}
-
-
-def choose_layer(
-    registry: Registry, where: str, name: str, options: Mapping[str, Option]
-) -> tuple[Layer, "DataclassInstance"]:
-    """
-    Return a layer and its options.
-
-    Parameters
-    ----------
-    registry
-        Of protections or of operations.
-    where
-        Which key names the layer, for complaints.
-    name
-        The layer.
-    options
-        Its options, as in the file.
-
-    Returns
-    -------
-    tuple[Layer, DataclassInstance]
-        How to build it, and an object with all its options.
-
-    Raises
-    ------
-    ControllerError
-        If the layer or an option is unknown, or an option's value is not allowed.
-    PluginError
-        If it is another package's, and cannot be used.
-    """
-    if name not in registry:
-        raise ControllerError(where, f"{name!r} is not known", likely(name, registry))
-    layer = registry[name]
-    known = option_kinds(layer.options)
-    for key, value in options.items():
-        place = f"{where}_options.{key}"
-        if key not in known:
-            problem = f"option {key!r} is not known to {name}"
-            raise ControllerError(place, problem, likely(key, known) or "none")
-        if type(value) is not known[key].kind:
-            raise ControllerError(where=place, problem=f"{value!r}", allowed=known[key].allowed)
-    try:
-        chosen = layer.options(**options)
-    except OptionError as error:
-        raise ControllerError(
-            where=f"{where}_options", problem=error.problem, allowed=error.allowed
-        ) from error
-    return layer, chosen
-
-
-def likely(name: str, known: Iterable[str]) -> str:
-    """
-    Return what is allowed instead of an unknown name, the likeliest one first.
-
-    Parameters
-    ----------
-    name
-        What was said.
-    known
-        What may be said.
-
-    Returns
-    -------
-    str
-        All names.
-    """
-    names = list(known)
-    return suggesting(name, names, ", ".join(names))
+    return told if energy is None else {**told, "energy": asdict(energy)}

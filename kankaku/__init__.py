@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from kankaku.face import load as load
     from kankaku.face import register_operation as register_operation
     from kankaku.face import register_protection as register_protection
+    from kankaku.face import register_supervision as register_supervision
     from kankaku.face import run_once as run_once
     from kankaku.railway.errors import KankakuError as KankakuError
     from kankaku.railway.motion.eco_run import eco_run as eco_run
@@ -54,6 +55,7 @@ __all__ = [
     "read_results",
     "register_operation",
     "register_protection",
+    "register_supervision",
     "run_once",
     "run_study",
     "shipped_scenarios",
@@ -79,6 +81,7 @@ _HOMES = {
     "read_results": "kankaku.analysis.results",
     "register_operation": "kankaku.face",
     "register_protection": "kankaku.face",
+    "register_supervision": "kankaku.face",
     "run_once": "kankaku.face",
     "run_study": "kankaku.studies.study",
     "shipped_scenarios": "kankaku.scenarios.shipped",

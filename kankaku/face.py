@@ -13,6 +13,7 @@ from kankaku.controllers.layers import (
     OperationFactory,
     ProtectionFactory,
     RadioFactory,
+    SupervisionFactory,
 )
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.scenarios.loading import load as loading
@@ -61,7 +62,7 @@ def run_once(
     scenario
         A scenario, its folder, or the name of a shipped one.
     controller
-        One of the scenario's, or ``protection+operation``.
+        One of the scenario's, ``protection+operation`` or ``protection+operation+supervision``.
     seed
         Seed of the dwell delays; the scenario's own if None.
     step_s
@@ -206,3 +207,28 @@ def register_operation(
         If the name is taken.
     """
     registry.OPERATIONS.register(name, Layer(build, options, summary))
+
+
+def register_supervision(
+    name: str, build: SupervisionFactory, options: "type[DataclassInstance]", summary: str
+) -> None:
+    """
+    Offer a supervision under a name for as long as the program runs.
+
+    Parameters
+    ----------
+    name
+        As in ``moving_block+close_up+name``.
+    build
+        Called with the world and an object of ``options``.
+    options
+        A frozen dataclass whose fields are numbers, switches or tuples of numbers.
+    summary
+        What it does, in a line.
+
+    Raises
+    ------
+    PluginError
+        If the name is taken.
+    """
+    registry.SUPERVISIONS.register(name, Layer(build, options, summary))

@@ -1,9 +1,7 @@
-"""The only door to a running SUMO, and the engine that commands its trains."""
+"""The engine that commands the trains in SUMO."""
 
-import importlib
-from collections.abc import Mapping
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
@@ -12,7 +10,8 @@ from kankaku.railway.compiled import compiled
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.sumo_net import names
-from kankaku.sumo_net.build import IGNORE_SIGNALS, SumoFiles, sumo_binary
+from kankaku.sumo_net.build import IGNORE_SIGNALS, SumoFiles
+from kankaku.sumo_net.door import close, disarm, start
 from kankaku.sumo_net.edge_cuts import STOP_TOLERANCE_M
 from kankaku.sumo_net.signals import BlockSignals, shown_network
 
@@ -20,25 +19,14 @@ HALTING_SPEED_MPS = 0.1
 """SUMO begins a stop at this speed or less, and the train comes to a stand. [m/s]"""
 ALL_CHECKS_OFF = 0
 """Speed mode in which SUMO obeys any speed."""
-UNLIMITED_MPS2 = 1000.0
-"""More than any brake rate that a command can ask for. [m/s2]"""
-VIEW = """<viewsettings>
-  <scheme name="kankaku">
-    <edges widthExaggeration="12"/>
-    <vehicles vehicle_minSize="1" vehicle_exaggeration="12"/>
-  </scheme>
-  <delay value="20"/>
-</viewsettings>
-"""
-"""Tracks and trains wide enough to be seen on a whole line; 20 ms of wall time a step."""
-GUI_TRIES = 10
-"""How often to look for the window of sumo-gui, a second apart."""
 RUN_AHEAD_S = 2.0
 """SUMO is this much behind at most. [s]"""
 AGREEMENT_M = 1e-3
 """SUMO and the integration of our commands may differ by rounding only. [m]"""
 ARRIVAL_M = 1.0
 """SUMO may take a slow train off this much before the end of the line. [m]"""
+LONGEST_STOP_S = 1e6
+"""A stop that is extended for ever lasts so long in SUMO. [s]"""
 ALERT_STEPS = 3
 """SUMO reports an event up to two steps late; so long it is asked in every step."""
 
@@ -81,6 +69,10 @@ class SumoEngine:
         self._running: set[int] = set()
         self._due_s = dict(enumerate(world.booked_arrival_s[:, 0].tolist()))
         """When each train that is not running will enter or be released at the earliest."""
+        self._over_s: dict[int, float] = {}
+        """When each stop that lasts now is over of itself."""
+        self._begun: set[int] = set()
+        """Trains whose stop SUMO has begun: a step after they came to a stand."""
         self._regroup()
         self._colliding: frozenset[int] = frozenset()
         self._collided: set[int] = set()
@@ -104,6 +96,7 @@ class SumoEngine:
         self._get_speed = vehicle.getSpeed
         self._set_speed = vehicle.setSpeed
         self._set_speed_mode = vehicle.setSpeedMode
+        self._set_stop = vehicle.setStopParameter
         self._departed = simulation.getDepartedIDList
         self._arrived = simulation.getArrivedIDList
         self._stop_starting = simulation.getStopStartingVehiclesIDList
@@ -145,7 +138,7 @@ class SumoEngine:
         halted = self._read()
         stopped: tuple[int, ...] = ()
         if begun or halted:
-            stopped = self._hold(begun)
+            stopped = self._stop(begun)
         if left:
             # Only now, so that earlier observations stay as they were.
             self._front_m[list(left)] = self._end_m
@@ -178,6 +171,8 @@ class SumoEngine:
             self._call[row] += 1
         for row in (*entered, *released):
             self._due_s.pop(row, None)
+            self._over_s.pop(row, None)
+        self._begun -= set(released)
         self._running |= {*entered, *released}
         self._running -= set(left)
         self._regroup()
@@ -202,7 +197,7 @@ class SumoEngine:
         self._speed_mps[self._rows_running] = speeds_mps
         return min(speeds_mps) <= HALTING_SPEED_MPS
 
-    def _hold(self, begun: tuple[int, ...]) -> tuple[int, ...]:
+    def _stop(self, begun: tuple[int, ...]) -> tuple[int, ...]:
         # SUMO begins a stop in the step after the train came to a stand; the stop is
         # reported at once, and then not again.
         stopped = {row for row in begun if row in self._running}
@@ -219,11 +214,41 @@ class SumoEngine:
                 self._set_speed(self._vehicles[row], 0.0)
                 call = self._call[row]
                 until_s = self._time_s + self._files.dwell_s[row, call]
-                self._due_s[row] = max(self._booked_departure_s[row, call], until_s)
+                over_s = max(self._booked_departure_s[row, call], until_s)
+                self._over_s[row] = self._due_s[row] = over_s
             self._running -= stopped
             self._speed_mps[list(stopped)] = 0.0
             self._regroup()
+        self._begun |= set(begun)
+        for row in begun:
+            if self._due_s[row] > self._over_s[row]:
+                self._extend(row)
         return tuple(sorted(stopped))
+
+    def hold(self, until_s: FloatArray) -> None:
+        """
+        Let no stop that lasts now end before a time.
+
+        Parameters
+        ----------
+        until_s
+            Seconds after midnight; entries of trains not held by a stop are ignored.
+            [s], shape (n_trains,)
+        """
+        for row, over_s in self._over_s.items():
+            due_s = max(over_s, float(until_s[row]))
+            if due_s != self._due_s[row]:
+                self._due_s[row] = due_s
+                if row in self._begun:
+                    self._extend(row)
+        self._next_due_s = min(self._due_s.values(), default=np.inf)
+
+    def _extend(self, row: int) -> None:
+        """Tell SUMO how long a stop that it has begun still lasts."""
+        # SUMO counts from where it is, which may be some steps behind.
+        left_s = max(self._due_s[row] - self._time_s, self._step_s)
+        left_s = min(left_s, LONGEST_STOP_S) + len(self._pending) * self._step_s
+        self._set_stop(self._vehicles[row], 0, "duration", f"{left_s:.3f}")
 
     def apply(self, speed_mps: FloatArray) -> None:
         """
@@ -317,86 +342,3 @@ def _move(  # noqa: PLR0917 - compiled functions take plain arrays
         if front_m[row] + 2.0 * next_mps * step_s + ARRIVAL_M >= end_m:
             event_near = True
     return event_near
-
-
-def disarm(sumo: Any, train_type: str) -> None:  # noqa: ANN401
-    """
-    Take from SUMO's own model what it would do to a train beside our commands.
-
-    A train that cannot accelerate stands still where no command reaches it: when it enters
-    and when its stop ends. A train that can brake at any rate comes to its stand in the
-    step commanded, although SUMO takes over in the step in which the stop begins.
-
-    Parameters
-    ----------
-    sumo
-        The running simulation.
-    train_type
-        Identifier of the vehicle type.
-    """
-    sumo.vehicletype.setAccel(train_type, 0.0)
-    sumo.vehicletype.setEmergencyDecel(train_type, UNLIMITED_MPS2)
-    sumo.vehicletype.setDecel(train_type, UNLIMITED_MPS2)
-
-
-def start(files: SumoFiles, options: Mapping[str, str], *, gui: bool) -> Any:  # noqa: ANN401
-    """
-    Start SUMO.
-
-    Parameters
-    ----------
-    files
-        What it runs.
-    options
-        Options beside those of the files.
-    gui
-        Run in sumo-gui instead of inside this process.
-
-    Returns
-    -------
-    Any
-        The library through which it is spoken to.
-
-    Raises
-    ------
-    OSError
-        If there is no window.
-    """
-    # The package that ships the programs tells SUMO where its data is.
-    importlib.import_module("sumo")
-    sumo = importlib.import_module("traci" if gui else "libsumo")
-    command = [str(sumo_binary("sumo-gui")) if gui else "sumo", "-c", str(files.config)]
-    command += ["--no-warnings", *(f"--{option}={value}" for option, value in options.items())]
-    if gui:
-        view = files.config.with_name("view.xml")
-        view.write_text(VIEW, encoding="utf-8")
-        command += ["--start", "--quit-on-end", "--window-size=1280,800"]
-        command.append(f"--gui-settings-file={view}")
-    try:
-        sumo.start(command, **({"numRetries": GUI_TRIES} if gui else {}))
-    except sumo.FatalTraCIError as error:
-        msg = "sumo-gui does not answer; is there a display?"
-        raise OSError(msg) from error
-    return sumo
-
-
-def close(sumo: Any, error: BaseException | None) -> None:  # noqa: ANN401
-    """
-    End SUMO; a window that the user closed interrupts the run like Ctrl-C.
-
-    Parameters
-    ----------
-    sumo
-        The running simulation.
-    error
-        What ended the run, if not its end.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        If the window is closed.
-    """
-    # Only a window can be closed; inside this process it is an error as any other.
-    if isinstance(error, sumo.FatalTraCIError) and sumo.__name__ == "traci":
-        raise KeyboardInterrupt from error
-    sumo.close()

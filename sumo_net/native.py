@@ -11,7 +11,7 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.sumo_net import names
 from kankaku.sumo_net.build import SumoFiles
-from kankaku.sumo_net.engine import close, start
+from kankaku.sumo_net.door import close, start
 
 
 class PeerError(RuntimeError):
@@ -109,6 +109,24 @@ class NativeEngine:
         speed_mps
             Not used. [m/s], shape (n_trains,)
         """
+
+    def hold(self, until_s: FloatArray) -> None:
+        """
+        Refuse to extend stops: SUMO itself drives the trains.
+
+        Parameters
+        ----------
+        until_s
+            Not used. [s], shape (n_trains,)
+
+        Raises
+        ------
+        NotImplementedError
+            Always.
+        """
+        del until_s
+        msg = "SUMO drives the trains of a peer: nobody can hold them at platforms"
+        raise NotImplementedError(msg)
 
     def advance(self) -> None:
         """Move on by one step."""

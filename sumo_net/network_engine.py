@@ -12,14 +12,8 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.sumo_net import names
 from kankaku.sumo_net.build import SumoFiles, steps_per_look
-from kankaku.sumo_net.engine import (
-    AGREEMENT_M,
-    ALL_CHECKS_OFF,
-    EngineDisagreementError,
-    close,
-    disarm,
-    start,
-)
+from kankaku.sumo_net.door import close, disarm, start
+from kankaku.sumo_net.engine import AGREEMENT_M, ALL_CHECKS_OFF, EngineDisagreementError
 from kankaku.sumo_net.network_xml import edge_of, route_names, twins
 
 

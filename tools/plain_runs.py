@@ -48,7 +48,7 @@ def run_plain(
     return simulate(
         run,
         PlainEngine(world, delays_s, world.step_s),
-        registry.build(spec, world, scenario.radio),
+        registry.build(spec, world, scenario.radio, delays_s),
         all_meters(world),
         progress=progress,
     )

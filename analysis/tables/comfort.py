@@ -3,8 +3,10 @@
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.loop.recorder import DWELLING
 from kankaku.railway.step.records import RunRecord
+from kankaku.railway.step.state import Reason
+
+STANDING = int(Reason.DWELLING), int(Reason.HELD)
 
 
 def jerk_mps3(record: RunRecord) -> FloatArray:
@@ -28,7 +30,7 @@ def jerk_mps3(record: RunRecord) -> FloatArray:
     seen = record.trajectory
     order = np.lexsort((seen.time_s, seen.row))
     time_s, row, speed_mps = seen.time_s[order], seen.row[order], seen.speed_mps[order]
-    runs = seen.reason[order] != DWELLING
+    runs = ~np.isin(seen.reason[order], STANDING)
     step_s = np.diff(time_s)
     sample_s = np.median(step_s) if step_s.size else 1.0
     joined = (row[1:] == row[:-1]) & runs[:-1] & (np.abs(step_s - sample_s) < 0.5 * sample_s)

@@ -33,7 +33,7 @@ CONFIDENCE = 0.95
 
 def comparison(
     summary: pd.DataFrame,
-    indicators: Sequence[str] = tuple(COMPARED),
+    indicators: Sequence[str] = (),
     controllers: Sequence[str] = (),
 ) -> pd.DataFrame:
     """
@@ -48,7 +48,7 @@ def comparison(
     summary
         The table ``summary``.
     indicators
-        Its columns to compare.
+        Its columns to compare; those of :func:`told_indicators` if empty.
     controllers
         Baseline first; those of the summary in their order if empty. One without a run has no
         mean, and nothing differs from a baseline without one.
@@ -61,7 +61,25 @@ def comparison(
         itself differs by 0.
     """
     named = controllers or list(dict.fromkeys(summary["controller"]))
-    return rows_frame(_rows(summary, indicators, named), COMPARISON)
+    told = indicators or told_indicators(summary)
+    return rows_frame(_rows(summary, told, named), COMPARISON)
+
+
+def told_indicators(summary: pd.DataFrame) -> list[str]:
+    """
+    Return what is compared unless somebody asks for something else.
+
+    Parameters
+    ----------
+    summary
+        The table ``summary``.
+
+    Returns
+    -------
+    list[str]
+        Columns of it, without rare ones that are 0 in every run.
+    """
+    return [name for name, one in COMPARED.items() if not one.rare or summary[name].any()]
 
 
 def _rows(

@@ -24,9 +24,7 @@ import numpy as np
 import pandas as pd
 
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.motion.run_curve import driven_along
-from kankaku.railway.motion.way import way_on
-from kankaku.railway.plan.profile import Profile
+from kankaku.railway.motion.run_times import run_times_s
 from kankaku.railway.plan.world import World
 
 AFFECTED_S = 10.0
@@ -66,26 +64,10 @@ def technical_run_times_s(world: World) -> FloatArray:
         past the last call. First if it is not late, then if it is.
         [s], shape (2, n_trains, n_calls_max)
     """
-    unhurried_s = _run_times_s(world, world.unhurried_profile)
+    unhurried_s = run_times_s(world, world.unhurried_profile)
     if not world.driving.hurries:
         return np.array([unhurried_s, unhurried_s])
-    return np.array([unhurried_s, _run_times_s(world, world.driven_profile)])
-
-
-def _run_times_s(world: World, profile: Profile) -> FloatArray:
-    """Return the run times of all trains on one profile. [s], shape (n_trains, n_calls_max)"""
-    known: dict[tuple[int, float, float], float] = {}
-    times_s = np.full((world.size, world.stop_m.shape[1] - 1), np.nan)
-    for row in range(world.size):
-        kind = int(world.type_index[row])
-        for column in range(1, int(world.call_count[row])):
-            start_m, stop_m = world.stop_m[row, column - 1 : column + 1].tolist()
-            key = (kind, start_m, stop_m)
-            if key not in known:
-                way = way_on(profile, kind, world.driven_types[kind], (start_m, stop_m))
-                known[key] = driven_along(way, profile.coasting_band_mps).run_time_s
-            times_s[row, column] = world.departure_lag_s[row] + known[key]
-    return times_s
+    return np.array([unhurried_s, run_times_s(world, world.driven_profile)])
 
 
 def unhindered_arrivals_s(

@@ -48,6 +48,15 @@ class MeasuredRun:
         return self.run.calls[self.run.calls["sequence"] > 0]
 
     @cached_property
+    def bounds_s(self) -> pd.Series:
+        """Bounds of the delays of all arrivals; of unreached ones late until the run's end, too."""
+        arrivals = self.arrivals
+        bounds_s = arrivals["arrival_bound_s"] - arrivals["booked_arrival_s"]
+        never = arrivals["arrival_s"].isna()
+        least_s = bounds_s.where(~never, np.minimum(bounds_s, arrivals["arrival_delay_s"]))
+        return least_s.where(arrivals["arrival_delay_s"].notna())
+
+    @cached_property
     def last_arrivals(self) -> pd.DataFrame:
         """Calls at the last station; of a line with both directions every train's last one."""
         if (self.run.calls.groupby("train", sort=False)["stop_m"].diff() < 0.0).any():
@@ -77,6 +86,8 @@ class Indicator(NamedTuple):
     """What a reader calls it; empty for one that is not compared."""
     per_cent_above: float = 0.0
     """Changes are told in per cent of a baseline above this. In the indicator's unit"""
+    rare: bool = False
+    """Left out of comparisons in which it is 0 in every run."""
 
 
 def _scheduled_speed_kmh(measured: MeasuredRun) -> float:
@@ -136,6 +147,24 @@ INDICATORS = (
         10.0,
     ),
     Indicator(
+        Topic.STOPS,
+        Column("held_open_time_s", "float64", "s", "held at platforms by supervision, doors open"),
+        lambda measured: measured.run.calls["held_open_s"].sum(),
+        "held at platforms, doors open",
+        10.0,
+        rare=True,
+    ),
+    Indicator(
+        Topic.STOPS,
+        Column(
+            "held_closed_time_s", "float64", "s", "the same with closed doors, the stop being over"
+        ),
+        lambda measured: measured.run.calls["held_closed_s"].sum(),
+        "held at platforms, doors closed",
+        10.0,
+        rare=True,
+    ),
+    Indicator(
         Topic.DELAY,
         Column(
             "mean_arrival_delay_s",
@@ -145,6 +174,31 @@ INDICATORS = (
         ),
         lambda measured: measured.arrivals["arrival_delay_s"].mean(),
         "mean arrival delay",
+        5.0,
+    ),
+    Indicator(
+        Topic.DELAY,
+        Column(
+            "mean_delay_bound_s",
+            "float64",
+            "s",
+            "least mean arrival delay of any control over this protection; trains in their order, "
+            "and as hurried, as they were",
+        ),
+        lambda measured: measured.bounds_s.mean(),
+        "bound of the mean arrival delay",
+        5.0,
+    ),
+    Indicator(
+        Topic.DELAY,
+        Column(
+            "delay_above_bound_s",
+            "float64",
+            "s",
+            "mean arrival delay less that bound: what is left for a better control",
+        ),
+        lambda measured: (measured.arrivals["arrival_delay_s"] - measured.bounds_s).mean(),
+        "mean arrival delay above the bound",
         5.0,
     ),
     Indicator(

@@ -148,7 +148,7 @@ class Eco:
         if call >= world.call_count[row]:
             return None
         front_m, stop_m = float(state.front_m[row]), float(state.stop_m[row])
-        left_s = float(world.booked_arrival_s[row, call]) - state.time_s
+        left_s = self._aimed_s(state, row, call) - state.time_s
         if stop_m - front_m < LEAST_WAY_M or left_s <= 0.0:
             return None
         kind = int(world.type_index[row])
@@ -164,6 +164,11 @@ class Eco:
         except (RunTimeError, StallError):
             return None
         return _table(run, world.step_s)
+
+    def _aimed_s(self, state: LineState, row: int, call: int) -> float:
+        """Return when a train is to arrive: as supervision says, else as booked."""
+        ordered_s = np.nan if state.orders is None else float(state.orders.arrive_by_s[row])
+        return float(self._world.booked_arrival_s[row, call]) if np.isnan(ordered_s) else ordered_s
 
     def _follow(
         self, state: LineState, authority: Authority, memory: EcoPlans

@@ -15,7 +15,7 @@ def judge(name: str) -> int:
     Parameters
     ----------
     name
-        A protection, an operation, or a pair of them.
+        A protection, an operation, a supervision, or several of them.
 
     Returns
     -------

@@ -24,8 +24,9 @@ def list_controllers(scenario: Path | None) -> None:
         for listing in known_controllers():
             _show_listing(listing)
         answers.print(
-            "A scenario names controllers as pairs of protection and operation, or as a peer: "
-            "see its scenario.toml. Any other pair is --controller protection+operation."
+            "A scenario names controllers as pairs of protection and operation, with a supervision "
+            "if they have one, or as a peer: see its scenario.toml. Any other pair is "
+            "--controller protection+operation, or protection+operation+supervision."
         )
         return
     from kankaku.scenarios.loading.load import load  # noqa: PLC0415 - nobody else needs it

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import changed_options
-from kankaku.controllers.energy.eco_margin import SUMMARY, WORD
+from kankaku.controllers.eco_layer.eco_margin import SUMMARY, WORD
 from kankaku.controllers.layers import PluginError, Registry
 from kankaku.railway.plan.scenario import ControllerSpec
 
@@ -21,7 +21,7 @@ class Listing(NamedTuple):
 
 def known_controllers() -> tuple[Listing, ...]:
     """
-    Return the protections, operations, other layers and peers that a scenario can name.
+    Return protections, operations, supervisions, other layers and peers that one can name.
 
     Returns
     -------
@@ -31,6 +31,7 @@ def known_controllers() -> tuple[Listing, ...]:
     layers = (
         _listing("Protection (how far and how fast a train may go)", registry.PROTECTIONS),
         _listing("Operation (how it uses that permission)", registry.OPERATIONS),
+        _listing("Supervision (what it decides at platforms)", registry.SUPERVISIONS),
     )
     peers = tuple((name, peer.summary) for name, peer in registry.PEERS.items())
     energy = Listing(
@@ -87,13 +88,22 @@ def controllers_of(title: str, specs: Sequence[ControllerSpec]) -> Listing:
     """
     return Listing(
         title,
-        ("name", "protection", "operation", "options that differ", "runs by default"),
+        (
+            "name",
+            "protection",
+            "operation",
+            "supervision",
+            "options that differ",
+            "runs by default",
+        ),
         tuple(_row(spec) for spec in specs),
     )
 
 
 def _row(spec: ControllerSpec) -> tuple[str, ...]:
-    layers = (f"peer {spec.peer}", "-") if spec.peer else (spec.protection, spec.operation)
+    layers = (spec.protection, spec.operation, spec.supervision)
+    if spec.peer:
+        layers = (f"peer {spec.peer}", "-", "-")
     options = dict(changed_options(spec))
     beside = {
         "radio": spec.radio,

@@ -21,7 +21,7 @@ from kankaku.analysis.results import RUN_RECORD, places_of, run_folder
 from kankaku.analysis.tables.columns import json_text, read_csv, write_whole
 from kankaku.analysis.tables.run_tables import RunTables, table_file, write_run
 from kankaku.controllers import registry
-from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.plan.scenario import UNSUPERVISED, ControllerSpec, Scenario
 from kankaku.railway.step.records import RAW_TABLES, UNFINISHED, VIOLATIONS
 from kankaku.store.fingerprint import content_sha256, foreign_sha256, sources_sha256
 
@@ -151,13 +151,18 @@ def controller_told(spec: ControllerSpec) -> dict[str, Any]:
     """
     if spec.peer is not None:
         return {"peer": spec.peer}
-    layers = (registry.PROTECTIONS[spec.protection], registry.OPERATIONS[spec.operation])
+    layers = (
+        registry.PROTECTIONS[spec.protection],
+        registry.OPERATIONS[spec.operation],
+        registry.SUPERVISIONS[spec.supervision],
+    )
     foreign = foreign_sha256(*(layer.build for layer in layers))
     return {
         "protection": spec.protection,
         "operation": spec.operation,
         "radio": spec.radio,
         "options": registry.options_of(spec),
+        **({} if spec.supervision == UNSUPERVISED else {"supervision": spec.supervision}),
         **({"sources_sha256": foreign} if foreign else {}),
     }
 

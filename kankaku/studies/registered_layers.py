@@ -16,11 +16,13 @@ class Registered(NamedTuple):
 
     protections: Mapping[str, Layer]
     operations: Mapping[str, Layer]
+    supervisions: Mapping[str, Layer]
 
     def restore(self) -> None:
         """Register them here, too."""
         registry.PROTECTIONS.restore(self.protections)
         registry.OPERATIONS.restore(self.operations)
+        registry.SUPERVISIONS.restore(self.supervisions)
 
 
 def registered(specs: Sequence[ControllerSpec]) -> Registered:
@@ -42,9 +44,13 @@ def registered(specs: Sequence[ControllerSpec]) -> Registered:
     StudyError
         If one of them stands in no file that a worker could import.
     """
-    used = {name for spec in specs for name in (spec.protection, spec.operation)}
-    found = Registered(registry.PROTECTIONS.added(used), registry.OPERATIONS.added(used))
-    for name, layer in (*found.protections.items(), *found.operations.items()):
+    used = {name for spec in specs for name in (spec.protection, spec.operation, spec.supervision)}
+    found = Registered(
+        registry.PROTECTIONS.added(used),
+        registry.OPERATIONS.added(used),
+        registry.SUPERVISIONS.added(used),
+    )
+    for name, layer in (item for layers in found for item in layers.items()):
         try:
             pickle.dumps(layer)
         except (pickle.PicklingError, AttributeError, TypeError) as error:

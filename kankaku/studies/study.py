@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from kankaku.analysis.publish.study_publishing import STUDY_RESULTS
 from kankaku.analysis.results import refuse_foreign
@@ -29,7 +29,7 @@ from kankaku.railway.places import CACHE, chosen_cache, refuse_unwritable, tempo
 from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World, build_world
-from kankaku.railway.step.control import Controller
+from kankaku.railway.step.control import Controller, Foresight
 from kankaku.railway.step.records import RunRecord
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.shipped import folder_of
@@ -64,6 +64,7 @@ __all__ = [
     "StudyResult",
     "Task",
     "choose",
+    "foresight_of",
     "run_once",
     "run_study",
     "world_of",
@@ -87,8 +88,30 @@ def world_of(scenario: Scenario, step_s: float) -> World:
         Its arrays.
     """
     return build_world(
-        scenario.line, scenario.train_types, scenario.timetable, step_s, scenario.driving
+        scenario.line,
+        scenario.train_types,
+        scenario.timetable,
+        step_s,
+        scenario.driving,
+        scenario.dwell_delays,
     )
+
+
+def foresight_of(controller: Controller) -> Foresight:
+    """
+    Return what a controller's protection says beforehand.
+
+    Parameters
+    ----------
+    controller
+        Built, so that its operation plans with the same foresight.
+
+    Returns
+    -------
+    Foresight
+        Its protection.
+    """
+    return cast("Foresight", controller.protection)
 
 
 def run_once(  # noqa: PLR0913 - one argument per part of a run
@@ -120,8 +143,8 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
     progress
         Called with the simulated time now and then. [s]
     wrap
-        Called with "engine", "protection", "operation" or "drive" and that layer; returns
-        what stands in for it, for example something that measures it.
+        Called with "engine", "protection", "supervision", "operation" or "drive" and that layer;
+        returns what stands in for it, for example something that measures it.
     unit_failures
         What units and the centre do wrong; with any, even none, a protection sees what units
         measure, otherwise what is.
@@ -141,7 +164,8 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         raise StudyError("; ".join(f"{item.leg.train_type}: {item}" for item in weak))
     world = world_of(scenario, step_s).driven_as(spec.driving)
     delays_s = scenario.dwell_delays.draw(scenario.timetable, seed)
-    controller = _wrapped(registry.build(spec, world, scenario.radio), wrap)
+    bare = registry.build(spec, world, scenario.radio, delays_s)
+    controller = _wrapped(bare, wrap)
     peer = registry.PEERS[spec.peer] if spec.peer else None
     write = partial(build_native, moving_block=peer.moving_block) if peer else build
     commanded = NetworkEngine if scenario.line.network else SumoEngine
@@ -166,7 +190,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         # After a collision an engine may even fail to end.
         if record is None or not record.failure:
             raise
-    return record
+    return record if peer else replace(record, foresight=foresight_of(bare))
 
 
 def _wrapped(bare: Controller, wrap: Callable[[str, Any], Any]) -> Controller:
@@ -175,6 +199,7 @@ def _wrapped(bare: Controller, wrap: Callable[[str, Any], Any]) -> Controller:
         protection=wrap("protection", bare.protection),
         operation=wrap("operation", bare.operation),
         drive=wrap("drive", bare.drive),
+        supervision=bare.supervision and wrap("supervision", bare.supervision),
     )
 
 

@@ -6,14 +6,23 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from kankaku.railway.errors import sentence_of
-from kankaku.railway.step.control import Controller, Operation, Protection
-from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState, RadioPermission
+from kankaku.railway.step.control import Controller, Operation, Protection, Supervision
+from kankaku.railway.step.state import (
+    NO_REASON,
+    Advice,
+    Authority,
+    LineState,
+    Orders,
+    RadioPermission,
+)
 from kankaku.testing.alike import frozen, same
 
 KEPT_EVERY = 97
 """Questions are kept so often, to be asked once more of a controller that has heard no other."""
+ORDERS_KEPT_EVERY = 7
+"""The same of supervision, which is asked at events only."""
 
-Answer = TypeVar("Answer", Authority, Advice)
+Answer = TypeVar("Answer", Authority, Advice, Orders)
 
 
 class Answered(NamedTuple):
@@ -35,31 +44,48 @@ class KeptQuestion(NamedTuple):
         """Return what another controller answers."""
         if self.what == "authorise":
             return controller.protection.authorise(*self.question)
+        if self.what == "supervise" and controller.supervision:
+            return controller.supervision.supervise(*self.question)
         return controller.operation.advise(*self.question)
 
 
 class AskedTwice:
-    """A protection and an operation in one, which notes what is wrong with what they answer."""
+    """All layers that decide in one, which notes what is wrong with what they answer."""
 
     def __init__(self, controller: Controller, places: int) -> None:
         self._protection: Protection[Any] = controller.protection
         self._operation: Operation[Any] = controller.operation
+        self._supervision: Supervision[Any] | None = controller.supervision
         self._places = places
         self.reasons = self._operation.reasons
         self.said: list[Answered] = []
         self.kept: list[KeptQuestion] = []
+        self._supervised = 0
         self.problems: dict[str, str] = {}
         """The first thing that is wrong, by the name of the check."""
 
-    def initial(self) -> tuple[Any, Any]:
-        """Return both memories."""
-        return self._protection.initial(), self._operation.initial()
+    def initial(self) -> tuple[Any, Any, Any]:
+        """Return all memories."""
+        supervision = self._supervision.initial() if self._supervision else None
+        return self._protection.initial(), self._operation.initial(), supervision
 
     def authorise(self, state: LineState, memory: Any) -> tuple[Authority, Any]:  # noqa: ANN401
         """Return what the protection answers."""
         answer = self._twice("authorise", self._protection.authorise, (state, memory[0]))
         self._look_at("authority is complete", state, authority_problems(answer[0], state))
-        return answer[0], (answer[1], memory[1])
+        return answer[0], (answer[1], *memory[1:])
+
+    def supervise(
+        self,
+        state: LineState,
+        authority: Authority,
+        memory: Any,  # noqa: ANN401
+    ) -> tuple[Orders, Any]:
+        """Return what the supervision answers."""
+        ask: Any = getattr(self._supervision, "supervise", None)
+        answer = self._twice("supervise", ask, (state, authority, memory[2]))
+        self._look_at("orders are complete", state, orders_problems(answer[0], state))
+        return answer[0], (*memory[:2], answer[1])
 
     def advise(
         self,
@@ -76,7 +102,7 @@ class AskedTwice:
         causes = self._causes(authority, advice, len(state.present))
         self._look_at("causes are trains or places", state, causes)
         self.said.append(Answered(state, authority, advice))
-        return advice, (memory[0], answer[1])
+        return advice, (memory[0], answer[1], memory[2])
 
     def _twice(
         self,
@@ -89,13 +115,17 @@ class AskedTwice:
         # A memory that is written to is the same object in both answers.
         answer = frozen(first)
         second = ask(*question)
-        names = ("state", "authority", "memory") if what == "advise" else ("state", "memory")
+        names = ("state", "memory") if what == "authorise" else ("state", "authority", "memory")
         for name, was, now in zip(names, before, question, strict=True):
             if not same(was, now):
                 self.note(f"{name} is left alone", f"{what} writes into the {name}", state)
         if not same(answer, second):
             self.note("same question, same answer", f"{what} answers differently", state)
-        if len(self.said) % KEPT_EVERY == 0:
+        kept = len(self.said) % KEPT_EVERY == 0
+        if what == "supervise":
+            self._supervised += 1
+            kept = self._supervised % ORDERS_KEPT_EVERY == 0
+        if kept:
             self.kept.append(KeptQuestion(what, before, answer))
         return first
 
@@ -199,6 +229,32 @@ def advice_problems(advice: object, state: LineState) -> Iterator[str]:
         ceiling = advice.ceiling_mps
         if not np.isfinite(ceiling).all() or (ceiling < 0.0).any():
             yield "ceiling_mps is negative or not finite"
+
+
+def orders_problems(orders: object, state: LineState) -> Iterator[str]:
+    """
+    Yield what is wrong with the form of orders.
+
+    Parameters
+    ----------
+    orders
+        Any answer of a supervision.
+    state
+        What it answers to.
+
+    Yields
+    ------
+    str
+        A sentence.
+    """
+    if not isinstance(orders, Orders):
+        yield f"supervise returns a {type(orders).__name__}, no Orders"
+        return
+    held = {name: getattr(orders, name) for name in ("hold_open_until_s", "hold_closed_until_s")}
+    yield from _malformed({**held, "arrive_by_s": orders.arrive_by_s}, "f", state)
+    for name, values in held.items():
+        if _is_array(values, "f", state) and np.isnan(values).any():
+            yield f"{name} is not a number for a train"
 
 
 def _undeclared(advice: Advice, declared: set[int]) -> Iterator[str]:

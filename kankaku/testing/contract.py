@@ -1,4 +1,4 @@
-"""The contract of protections and operations: what is checked, and of whom."""
+"""The contract of protections, operations and supervisions: what is checked, and of whom."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -8,13 +8,13 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from kankaku.controllers import registry
-from kankaku.controllers.choosing import PLUS
+from kankaku.controllers.choosing import PLUS, named
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.errors import KankakuError, sentence_of
 from kankaku.railway.loop.simulate import simulate
 from kankaku.railway.meters.all_meters import all_meters
 from kankaku.railway.plan.run import Run
-from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.plan.scenario import UNSUPERVISED, ControllerSpec, Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller, Separation
 from kankaku.railway.step.records import RunRecord
@@ -101,7 +101,8 @@ def trial_of(scenario: Scenario, candidate: Candidate, delay_s: FloatArray) -> T
     asked = AskedTwice(controller, len(scenario.line.turnouts))
     record, error = None, ""
     try:
-        layers = replace(controller, protection=asked, operation=asked)
+        supervision = asked if controller.supervision else None
+        layers = replace(controller, protection=asked, operation=asked, supervision=supervision)
         run = Run(world, delay_s, scenario.seed, scenario.patience_s)
         engine = ToyEngine(world, delay_s, scenario.step_s)
         record = simulate(run, engine, layers, all_meters(world))
@@ -246,6 +247,7 @@ CHECKS: Mapping[str, Callable[[Trial], str]] = {
     "memory is what it returns": _noted("memory is what it returns"),
     "authority is complete": _noted("authority is complete"),
     "advice is complete": _noted("advice is complete"),
+    "orders are complete": _noted("orders are complete"),
     "reasons are declared": _noted("reasons are declared"),
     "causes are trains or places": _noted("causes are trains or places"),
     "trains are safe": is_safe,
@@ -323,13 +325,14 @@ def reads_the_future(candidate: Candidate) -> str:
 
 def check_controller(name: str) -> list[Finding]:
     """
-    Check a protection, an operation, or a pair of them, with the defaults of their options.
+    Check a protection, an operation, a supervision, or some of them, with default options.
 
     Parameters
     ----------
     name
-        A protection (checked under ``close_up``), an operation (over ``moving_block``), or
-        ``protection+operation``; those of other packages, too.
+        A protection (checked under ``close_up``), an operation (over ``moving_block``), a
+        supervision (over both), ``protection+operation`` or ``protection+operation+supervision``;
+        those of other packages, too.
 
     Returns
     -------
@@ -349,16 +352,17 @@ def check_controller(name: str) -> list[Finding]:
 
 
 def _spec_of(name: str) -> ControllerSpec:
-    protection, plus, operation = name.partition(PLUS)
-    if not plus and name in registry.PROTECTIONS:
-        operation = "close_up"
-    elif not plus:
-        protection, operation = "moving_block", name
-    if not plus and operation not in registry.OPERATIONS:
-        everything = dict.fromkeys([*registry.PROTECTIONS, *registry.OPERATIONS])
+    if PLUS in name:
+        return named((), name)
+    layers = {"protection": "moving_block", "operation": "close_up", "supervision": UNSUPERVISED}
+    registries = (registry.PROTECTIONS, registry.OPERATIONS, registry.SUPERVISIONS)
+    kinds = {known.kind: known for known in registries if name in known}
+    if not kinds:
+        everything = dict.fromkeys(layer for known in registries for layer in known)
         told = registry.likely(name, everything)
-        raise KankakuError(name, "is neither a protection nor an operation", told)
-    return ControllerSpec(f"{protection}{PLUS}{operation}", protection, operation, {}, {})
+        raise KankakuError(name, "is no protection, operation or supervision", told)
+    layers[next(iter(kinds))] = name
+    return named((), PLUS.join(layers.values()))
 
 
 def failures(findings: Sequence[Finding]) -> list[str]:

@@ -119,6 +119,7 @@ def world_of(scenario: Scenario) -> World:
         scenario.timetable,
         scenario.step_s,
         scenario.driving,
+        scenario.dwell_delays,
     )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.step.control import Command
-from kankaku.railway.step.state import Advice, Authority, LineState
+from kankaku.railway.step.state import Advice, Authority, LineState, Orders
 
 KINDS: tuple[tuple[Any, str, str], ...] = (
     (FloatArray, "f", "float64"),
@@ -36,14 +36,14 @@ class FirstStep:
         fields = state._asdict().items()
         self._kept = {name: v.copy() for name, v in fields if isinstance(v, np.ndarray)}
 
-    def look_at(self, layer: object, told: Authority | Advice | Command) -> None:
+    def look_at(self, layer: object, told: Authority | Advice | Command | Orders) -> None:
         """
         Refuse a layer that tells too little, or writes to what it is shown.
 
         Parameters
         ----------
         layer
-            Protection, operation or drive.
+            Protection, supervision, operation or drive.
         told
             What it made of the state.
 
@@ -72,6 +72,11 @@ def _refuse_unlike(who: str, name: str, fields: Any, size: int) -> None:  # noqa
                 msg = f"{who} leaves {where} empty: it tells {value!r}"
                 raise AgreementError(msg)
             _refuse_unlike(who, where, value, size)
+            continue
+        if hint is float:
+            if not isinstance(value, float):
+                msg = f"{who} tells {where} as {value!r}; agreed: a float"
+                raise AgreementError(msg)
             continue
         _, kind, words = next(known for known in KINDS if known[0] == hint)
         if not isinstance(value, np.ndarray):

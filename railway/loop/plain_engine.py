@@ -49,7 +49,10 @@ class PlainEngine:
         self._running: set[int] = set()
         self._rows: IntArray = np.zeros(0, dtype=np.intp)
         self._aims_m: FloatArray = np.zeros(0)
+        self._over_s: dict[int, float] = {}
+        """When each stop is over of itself."""
         self._release_s: dict[int, float] = {}
+        """When each stop ends, if it is extended, too."""
         self._next_release_s = np.inf
         self._call = [0] * world.size
         self._present: set[int] = set()
@@ -92,7 +95,8 @@ class PlainEngine:
         for row in stopped:
             call = self._call[row]
             booked_s = float(self._world.booked_departure_s[row, call])
-            self._release_s[row] = max(booked_s, now_s + float(self._dwell_s[row, call]))
+            over_s = max(booked_s, now_s + float(self._dwell_s[row, call]))
+            self._over_s[row] = self._release_s[row] = over_s
             self._speed_mps[row] = 0.0
             self._running.discard(row)
         if stopped:
@@ -104,6 +108,12 @@ class PlainEngine:
     def apply(self, speed_mps: FloatArray) -> None:
         """Take the speeds at the end of the next step. [m/s], shape (n_trains,)"""
         self._command_mps = speed_mps.copy()
+
+    def hold(self, until_s: FloatArray) -> None:
+        """Let no stop that lasts now end before a time. [s], shape (n_trains,)"""
+        for row, over_s in self._over_s.items():
+            self._release_s[row] = max(over_s, float(until_s[row]))
+        self._next_release_s = min(self._release_s.values(), default=np.inf)
 
     def advance(self) -> None:
         """Move the trains by a step."""
@@ -130,7 +140,7 @@ class PlainEngine:
     def _releases(self, now_s: float) -> tuple[int, ...]:
         due = sorted(r for r, end_s in self._release_s.items() if now_s > end_s - ROUNDING_S)
         for row in due:
-            del self._release_s[row]
+            del self._release_s[row], self._over_s[row]
             self._call[row] += 1
             self._running.add(row)
         return tuple(due)

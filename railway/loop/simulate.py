@@ -1,14 +1,16 @@
-"""The only loop: observe, protect, operate, drive, record, apply, advance."""
+"""The only loop: observe, protect, supervise, operate, drive, record, apply, advance."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
+from kankaku.railway.arrays import FloatArray
 from kankaku.railway.errors import sentence_of
 from kankaku.railway.failures.unit_failures import Units
 from kankaku.railway.loop.agreements import FirstStep
 from kankaku.railway.loop.recorder import Recorder
+from kankaku.railway.loop.supervising import Supervising
 from kankaku.railway.loop.tracker import Tracker
 from kankaku.railway.loop.unfinished import Ending, unfinished
 from kankaku.railway.plan.run import Run
@@ -16,7 +18,7 @@ from kankaku.railway.radio.data_link import Radio
 from kankaku.railway.safety.monitor import Monitor
 from kankaku.railway.step.control import Command, Controller
 from kankaku.railway.step.engine_contract import Engine
-from kankaku.railway.step.records import RunRecord, Unfinished
+from kankaku.railway.step.records import HeldTimes, RunRecord, Unfinished
 from kankaku.railway.step.state import Advice, Authority, LineState
 from kankaku.railway.step.step_block import Meter
 from kankaku.railway.wayside.signalling import Wayside
@@ -43,7 +45,7 @@ def simulate(
     engine
         What moves the trains; it knows the dwell delays, controllers do not.
     controller
-        Protection, operation and drive.
+        Protection, operation and drive, with supervision where there is one.
     meters
         What measures the run; the monitor of safety is always there.
     units
@@ -89,7 +91,7 @@ class _Loop:
     ) -> None:
         world = run.world
         self._run, self._meters = run, meters
-        self._layers = _Layers(controller)
+        self._layers = _Layers(controller, run)
         self._wayside = Wayside(world, run.disruptions, run.seed)
         on_air = Radio(world, run.radio, run.seed) if controller.by_radio else None
         self._tracker = Tracker(world, self._wayside, on_air, units)
@@ -115,7 +117,7 @@ class _Loop:
             self.now_s = seen.time_s
             state = tracker.update(seen)
             self.monitor.note_collisions(seen.collided, self.now_s)
-            authority, advice, command = self._layers.decide(state, self._wayside)
+            authority, advice, command = self._layers.decide(state, self._wayside, engine)
             self.recorder.write(state, authority, advice, command)
             if tracker.finished or self.now_s > last_booked_s + self._run.patience_s:
                 return Ending(state, authority, tracker.completed, self._run.disruptions)
@@ -147,20 +149,24 @@ class _Loop:
             failure=failure,
             unfinished=left,
             end_s=self.now_s,
+            held=self._layers.held(tracker.arrival_s, self.now_s),
             **measured,
         )
 
 
 class _Layers:
-    """Protection, operation and drive, with what they remember."""
+    """Protection, supervision, operation and drive, with what they remember."""
 
-    def __init__(self, controller: Controller) -> None:
+    def __init__(self, controller: Controller, run: Run) -> None:
         self.controller = controller
         self._permitted = controller.protection.initial()
         self._planned = controller.operation.initial()
+        self._supervising = Supervising(controller, run) if controller.supervision else None
         self._first = True
 
-    def decide(self, state: LineState, wayside: Wayside) -> tuple[Authority, Advice, Command]:
+    def decide(
+        self, state: LineState, wayside: Wayside, engine: Engine
+    ) -> tuple[Authority, Advice, Command]:
         """Return what the layers make of a state."""
         protection, operation = self.controller.protection, self.controller.operation
         first = FirstStep(self.controller.name, state) if self._first else None
@@ -169,11 +175,21 @@ class _Layers:
             first.look_at(protection, authority)
         if wayside.unsettled:
             wayside.settle(state, authority.permission.covered_m)
+        if self._supervising:
+            state = self._supervising.decide(state, authority, engine, first)
         advice, self._planned = operation.advise(state, authority, self._planned)
         if first:
             first.look_at(operation, advice)
+        if self._supervising:
+            advice = self._supervising.lowered(advice)
         command = self.controller.drive.command(state, authority, advice)
         if first:
             first.look_at(self.controller.drive, command)
             self._first = False
+        if self._supervising:
+            command = self._supervising.told(command)
         return authority, advice, command
+
+    def held(self, arrival_s: FloatArray, end_s: float) -> HeldTimes | None:
+        """Return how long supervision held every train; None where there is none."""
+        return self._supervising.held(arrival_s, end_s) if self._supervising else None

@@ -1,12 +1,13 @@
 """Time and distance of full acceleration, tabulated so that forecasts need no integration."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.motion.kinematics import braking_distance_m
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.compiled import compiled, interpolated
 from kankaku.railway.plan.rolling_stock import TrainType
 
 SPEED_CELL_MPS = 0.05
@@ -64,32 +65,124 @@ class RunUp:
         distances = np.interp(ends, self.speed_mps, self.distance_m)
         return float(times[1] - times[0]), float(distances[1] - distances[0])
 
-    def shortest_s(
-        self, distance_m: float, speed_mps: float, top_mps: float, brake_mps2: float
-    ) -> float:
+
+class RunUpTable(NamedTuple):
+    """The run-ups of some train types, one after the other."""
+
+    time_s: FloatArray
+    distance_m: FloatArray
+    starts: IntArray
+    """Where each of them begins, and where the last one ends. shape (n_types + 1,)"""
+
+    @classmethod
+    def of(cls, run_ups: Sequence[RunUp]) -> Self:
         """
-        Return the shortest time to a stop: accelerate, cruise, brake.
+        Lay run-ups out for compiled functions.
 
         Parameters
         ----------
-        distance_m
-            To the stop. [m]
-        speed_mps
-            Present speed. [m/s]
-        top_mps
-            Speed not to be exceeded. [m/s]
-        brake_mps2
-            Deceleration. [m/s2]
+        run_ups
+            By train type.
 
         Returns
         -------
-        float
-            Time. [s]
+        RunUpTable
+            For :func:`shortest_s`.
         """
-        behind_m = float(np.interp(speed_mps, self.speed_mps, self.distance_m))
-        to_peak_and_stop_m = self.distance_m + braking_distance_m(self.speed_mps, brake_mps2)
-        peak = float(np.interp(distance_m + behind_m, to_peak_and_stop_m, self.speed_mps))
-        peak = max(min(peak, top_mps), speed_mps, 0.1)
-        up_s, up_m = self.between(speed_mps, peak)
-        cruise_m = distance_m - up_m - float(braking_distance_m(peak, brake_mps2))
-        return up_s + max(cruise_m, 0.0) / peak + peak / brake_mps2
+        return cls(
+            np.concatenate([one.time_s for one in run_ups]),
+            np.concatenate([one.distance_m for one in run_ups]),
+            np.cumsum([0, *(one.speed_mps.size for one in run_ups)]),
+        )
+
+
+@compiled
+def shortest_s(
+    table: RunUpTable, kind: int, run: tuple[float, float, float], brake_mps2: float
+) -> float:
+    """
+    Return the shortest time to a stop: accelerate, cruise, brake.
+
+    Parameters
+    ----------
+    table
+        The run-ups.
+    kind
+        Which of them.
+    run
+        Distance to the stop [m], present speed [m/s], and the speed not to be exceeded [m/s].
+    brake_mps2
+        Deceleration. [m/s2]
+
+    Returns
+    -------
+    float
+        Time. [s]
+    """
+    distance_m, speed, top_mps = run
+    first, last = table.starts[kind], table.starts[kind + 1] - 1
+    here = _cell(speed, first, last)
+    wanted_m = distance_m + interpolated(table.distance_m, here)
+    low, high = first, last
+    while high - low > 1:
+        middle = (low + high) // 2
+        mps = SPEED_CELL_MPS * (middle - first)
+        if table.distance_m[middle] + 0.5 * mps * mps / brake_mps2 <= wanted_m:
+            low = middle
+        else:
+            high = middle
+    low_mps, high_mps = SPEED_CELL_MPS * (low - first), SPEED_CELL_MPS * (high - first)
+    low_m = table.distance_m[low] + 0.5 * low_mps**2 / brake_mps2
+    high_m = table.distance_m[high] + 0.5 * high_mps**2 / brake_mps2
+    part = min(max((wanted_m - low_m) / (high_m - low_m), 0.0), 1.0)
+    peak = max(min(low_mps + part * SPEED_CELL_MPS, top_mps), speed, 0.1)
+    there = _cell(peak, first, last)
+    up_m = interpolated(table.distance_m, there) - interpolated(table.distance_m, here)
+    up_s = interpolated(table.time_s, there) - interpolated(table.time_s, here)
+    cruise_m = distance_m - up_m - 0.5 * peak * peak / brake_mps2
+    return float(up_s + max(cruise_m, 0.0) / peak + peak / brake_mps2)
+
+
+@compiled
+def covers_s(table: RunUpTable, kind: int, run: tuple[float, float, float]) -> float:
+    """
+    Return the shortest time to cover a distance.
+
+    Parameters
+    ----------
+    table
+        The run-ups.
+    kind
+        Which of them.
+    run
+        The distance [m], present speed [m/s], and the speed not to be exceeded [m/s].
+
+    Returns
+    -------
+    float
+        Time. [s]
+    """
+    distance_m, speed, top_mps = run
+    first, last = table.starts[kind], table.starts[kind + 1] - 1
+    here, top = _cell(speed, first, last), _cell(max(top_mps, speed), first, last)
+    from_m, from_s = interpolated(table.distance_m, here), interpolated(table.time_s, here)
+    up_m = interpolated(table.distance_m, top) - from_m
+    if distance_m >= up_m:
+        up_s = interpolated(table.time_s, top) - from_s
+        return float(up_s + (distance_m - up_m) / max(top_mps, speed))
+    low, high = int(here), int(top) + 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if table.distance_m[middle] - from_m <= distance_m:
+            low = middle
+        else:
+            high = middle
+    part = (distance_m + from_m - table.distance_m[low]) / (
+        table.distance_m[high] - table.distance_m[low]
+    )
+    return float(table.time_s[low] + part * (table.time_s[high] - table.time_s[low]) - from_s)
+
+
+@compiled
+def _cell(speed_mps: float, first: int, last: int) -> float:
+    return min(first + speed_mps / SPEED_CELL_MPS, last - 1e-6)

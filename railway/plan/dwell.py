@@ -93,3 +93,7 @@ class DwellDelays:
             stations = [call.station for call in timetable.services[row].calls]
             drawn[row, stations.index(overstay.station)] += overstay.delay_s
         return drawn
+
+
+NO_DELAYS = DwellDelays()
+"""Nobody overstays."""

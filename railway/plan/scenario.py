@@ -1,7 +1,7 @@
 """A scenario: one world that every controller meets."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from kankaku.railway.plan.disruptions import UNDISTURBED, Disruptions
@@ -14,6 +14,8 @@ from kankaku.railway.plan.timetable import Timetable
 
 MAIN_FILE = "scenario.toml"
 """The file of a scenario that names its controllers and its other files."""
+UNSUPERVISED = "none"
+"""The supervision of controllers that have none."""
 Option: TypeAlias = float | bool | tuple[float, ...]
 """A number, a switch, or a table of numbers."""
 
@@ -21,7 +23,7 @@ Option: TypeAlias = float | bool | tuple[float, ...]
 @dataclass(frozen=True, slots=True)
 class ControllerSpec:
     """
-    A named pair of protection and operation with their options, or a peer.
+    A named pair of protection and operation, with their options and a supervision, or a peer.
 
     Options are as in the file, with the unit in the key; a layer's own options class is where
     they are checked and converted.
@@ -44,6 +46,9 @@ class ControllerSpec:
     """Time that its energy layer may spend on every leg; None for no such layer. [s]"""
     eco_reserve: bool = False
     """That layer also spends recovery time."""
+    supervision: str = UNSUPERVISED
+    """What decides at platforms."""
+    supervision_options: Mapping[str, Option] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.brake_table import BrakeTable
 from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.driving_style import FASTEST, DrivingStyle
+from kankaku.railway.plan.dwell import NO_DELAYS, DwellDelays
 from kankaku.railway.plan.line import Direction, Line
 from kankaku.railway.plan.met import lines_met
 from kankaku.railway.plan.passing import Passage, Precursors, Predecessor, passages
@@ -58,6 +59,10 @@ class World:
     """The train leaves the line when its last stop is over. shape (n_trains,)"""
     driving: DrivingStyle = FASTEST
     """How the trains are driven."""
+    expected_delays: DwellDelays = NO_DELAYS
+    """How long trains overstay, as far as it is known beforehand: measured, not drawn."""
+    foretold_delay_s: FloatArray | None = None
+    """The drawn dwell delays, for controllers that know the future; None for all others."""
 
     @property
     def size(self) -> int:
@@ -320,6 +325,7 @@ def build_world(
     timetable: Timetable,
     step_s: float,
     driving: DrivingStyle = FASTEST,
+    expected_delays: DwellDelays = NO_DELAYS,
 ) -> World:
     """
     Compile a timetable on a line into arrays.
@@ -336,6 +342,8 @@ def build_world(
         Length of a simulation step. [s]
     driving
         How the trains are driven.
+    expected_delays
+        How long trains overstay. Overstays that are named are left out: nobody expects them.
 
     Returns
     -------
@@ -378,6 +386,7 @@ def build_world(
         minimum_dwell_s=dwell_s,
         leaves_at_stop=np.array([leaves_at_stop(line, service) for service in services]),
         driving=driving,
+        expected_delays=replace(expected_delays, overstays=()),
     )
 
 

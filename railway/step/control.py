@@ -1,4 +1,8 @@
-"""The layers of train control, as IEEE 1474.1 names them: protection, operation, drive."""
+"""
+The layers of train control, as IEEE 1474.1 names them: protection, operation, drive.
+
+Above them stands supervision (ATS) where a controller has one: it decides at platforms.
+"""
 
 from dataclasses import dataclass
 from enum import Enum, IntEnum
@@ -8,7 +12,7 @@ from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.plan.line import Block, Line
 from kankaku.railway.plan.profile import Profile
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import Advice, Authority, LineState
+from kankaku.railway.step.state import Advice, Authority, LineState, Orders
 
 Memory = TypeVar("Memory")
 
@@ -58,6 +62,8 @@ class Bound(IntEnum):
     """The emergency brake of a train whose permission says so."""
     PEER = 6
     """Whatever the peer follows that drives the train."""
+    HELD = 7
+    """Supervision keeps the train at its platform; the loop puts it in place of the advice."""
 
 
 class Command(NamedTuple):
@@ -214,6 +220,41 @@ class Operation(Protocol[Memory]):
         ...
 
 
+class Supervision(Protocol[Memory]):
+    """
+    Decides at platforms (ATS): who is held there, and when trains are to arrive.
+
+    It knows what any controller does, never how long a train will really overstay. It is asked at
+    events and at the times that it names itself, not in every step.
+    """
+
+    def initial(self) -> Memory:
+        """Return the memory before the first step."""
+        ...
+
+    def supervise(
+        self, state: LineState, authority: Authority, memory: Memory
+    ) -> tuple[Orders, Memory]:
+        """
+        Return the orders for every train.
+
+        Parameters
+        ----------
+        state
+            The line, which is only shown, with the orders that were in force so far.
+        authority
+            What protection permits.
+        memory
+            What it returned when it was asked last, or :meth:`initial`.
+
+        Returns
+        -------
+        tuple[Orders, Memory]
+            All orders from now on, and the next memory.
+        """
+        ...
+
+
 class Drive(Protocol):
     """Turns authority and advice into the next speed within traction and braking."""
 
@@ -253,3 +294,5 @@ class Controller:
     """The engine drives the trains itself: only what it reports is judged, not our rules."""
     promises: Promises | None = None
     """What the protection promises beyond bare safety."""
+    supervision: Supervision[Any] | None = None
+    """What decides at platforms; None: trains leave when their stops are over."""

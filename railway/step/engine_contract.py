@@ -37,6 +37,8 @@ class Engine(Protocol):
     does that runs past its stop is not defined. A train leaves when its front passes the
     end of the line; one that ``World.leaves_at_stop`` names leaves when its last stop is over,
     released and left in the same observation.
+
+    :meth:`hold` extends stops: one that is held lasts until that time has passed, too.
     """
 
     def observe(self) -> Observation:
@@ -51,6 +53,20 @@ class Engine(Protocol):
         ----------
         speed_mps
             Next speeds; entries of other trains are ignored. [m/s], shape (n_trains,)
+        """
+        ...
+
+    def hold(self, until_s: FloatArray) -> None:
+        """
+        Let no stop that lasts now end before a time; earlier such words do not count any more.
+
+        A stop that would be over but for them ends in the next step at the earliest.
+
+        Parameters
+        ----------
+        until_s
+            Seconds after midnight, minus infinity where a stop is not extended; entries of trains
+            not held by a stop are ignored. [s], shape (n_trains,)
         """
         ...
 

@@ -28,6 +28,7 @@ def _reasons_by_bound() -> IntArray:
     reasons[Bound.STOP] = Reason.STATION_STOP
     reasons[Bound.EMERGENCY] = Reason.EMERGENCY
     reasons[Bound.PEER] = Reason.PEER
+    reasons[Bound.HELD] = Reason.HELD
     return reasons
 
 

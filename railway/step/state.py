@@ -25,6 +25,8 @@ class Reason(IntEnum):
     PEER = 7
     DWELLING = 8
     """The stop itself holds the train."""
+    HELD = 9
+    """The stop is over, and supervision keeps the train at its platform, doors closed."""
 
 
 NOTHING = -1
@@ -127,6 +129,50 @@ class Whereabouts(NamedTuple):
     running: BoolArray
 
 
+class Orders(NamedTuple):
+    """
+    What supervision decides at platforms; arrays of shape (n_trains,).
+
+    Orders stay in force until they are replaced. Those for a train that runs are empty words: only
+    where a train stands it can be held.
+    """
+
+    hold_open_until_s: FloatArray
+    """The stop is extended up to here, doors open; ``NO_HOLD_S`` for none. [s]"""
+    hold_closed_until_s: FloatArray
+    """
+    Up to here a train stays at its platform, doors closed, once its stop is over. [s]
+
+    ``NO_HOLD_S`` for none.
+    """
+    arrive_by_s: FloatArray
+    """Aimed arrival at the next call, for operations that aim at any; nan: as booked. [s]"""
+    again_s: float
+    """Supervision is asked again at this time, whatever happens before; inf: at events only. [s]"""
+
+
+NO_HOLD_S = -np.inf
+"""Supervision holds no train. [s]"""
+
+
+def no_orders(trains: int) -> Orders:
+    """
+    Return that supervision decides nothing.
+
+    Parameters
+    ----------
+    trains
+        Number of trains. [-]
+
+    Returns
+    -------
+    Orders
+        Nobody is held, arrivals are aimed at as booked, and nobody need ask again.
+    """
+    held_s = np.full(trains, NO_HOLD_S)
+    return Orders(held_s, held_s, np.full(trains, np.nan), np.inf)
+
+
 class LineState(NamedTuple):
     """
     The line at one moment; arrays have shape (n_trains,), first train first.
@@ -172,6 +218,12 @@ class LineState(NamedTuple):
     """What has arrived by radio; None under a controller without."""
     units: UnitState | None = None
     """What units measure, where they may be wrong; None where all of them are exact."""
+    orders: Orders | None = None
+    """
+    What supervision decides, or has decided last when it is asked anew.
+
+    Protection never sees it. None under a controller without supervision.
+    """
 
     @property
     def whereabouts(self) -> Plain:

@@ -9,7 +9,14 @@ from kankaku.railway.plan.dwell import DwellDelays, Overstay
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec
 from kankaku.railway.plan.rolling_stock import TrainType
-from kankaku.railway.plan.scenario import MAIN_FILE, ControllerSpec, Published, Scenario, Sweep
+from kankaku.railway.plan.scenario import (
+    MAIN_FILE,
+    UNSUPERVISED,
+    ControllerSpec,
+    Published,
+    Scenario,
+    Sweep,
+)
 from kankaku.railway.plan.timetable import Timetable
 from kankaku.scenarios.checks.check_line import line_mistakes
 from kankaku.scenarios.checks.check_network import network_mistakes
@@ -225,6 +232,8 @@ def _to_controllers(main: schema.ScenarioFile) -> tuple[ControllerSpec, ...]:
             None if item.driving is None else driving_style(main, item.driving),
             item.eco_margin_s,
             item.eco_reserve,
+            item.supervision or UNSUPERVISED,
+            item.supervision_options,
         )
         for name, item in main.controllers.items()
     )

@@ -41,7 +41,7 @@ class Checked(BaseModel):
 
 class ControllerEntry(Checked):
     """
-    A named pair of protection and operation, or a peer.
+    A named pair of protection and operation, perhaps with a supervision, or a peer.
 
     The options are checked by their owners.
     """
@@ -51,6 +51,8 @@ class ControllerEntry(Checked):
     operation: OptionalName = None
     protection_options: dict[str, Option] = {}
     operation_options: dict[str, Option] = {}
+    supervision: OptionalName = None
+    supervision_options: dict[str, Option] = {}
     radio: bool = False
     by_default: bool = True
     driving: OptionalName = None

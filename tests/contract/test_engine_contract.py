@@ -1,6 +1,6 @@
 """Whatever moves the trains keeps the same contract: the toy engine and SUMO."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TypeAlias
@@ -124,6 +124,59 @@ def test_train_stands_while_its_stop_lasts_whatever_is_commanded(open_engine: Op
     assert times(seen, "released", 0) == [READY_S + 30.0]
     assert {float(now.front_m[0]) for now in seen} == {300.0}
     assert {float(now.speed_mps[0]) for now in seen} == {0.0}
+
+
+Words: TypeAlias = Mapping[float, float]
+"""Until when stops are held, by when that is said; both since the first train was ready. [s]"""
+
+
+def held(
+    opener: Opener, scenario: Scenario, words: Words, until_s: float, row: int = 0
+) -> list[float]:
+    """Return when a train is released whose stops are held."""
+    world, left = world_of(scenario), sorted(words.items(), reverse=True)
+    driver, released = Driver(world), []
+    with opener(scenario) as engine:
+        while (now := engine.observe()).time_s < until_s:
+            released += [now.time_s - READY_S] if row in now.released else []
+            if left and now.time_s - READY_S > left[-1][0] - 1e-6:
+                until = np.full(world.size, -np.inf)
+                until[row] = READY_S + left.pop()[1]
+                engine.hold(until)
+            engine.apply(driver(now))
+            engine.advance()
+    return released
+
+
+@pytest.mark.parametrize(
+    ("words", "released_s"),
+    [
+        ({10.0: 50.0}, 50.0),  # beyond the booked departure at 30 s
+        ({0.0: 50.0}, 50.0),  # in the observation in which the stop begins
+        ({29.0: 29.5}, 30.0),  # for less than it lasts anyway
+        ({-1.0: 50.0}, 30.0),  # before there is a stop
+        ({10.0: 60.0, 20.0: 40.2}, 40.5),  # a shorter hold instead of a longer one
+        ({10.0: 60.0, 20.0: 25.0}, 30.0),  # none instead of one
+        ({10.0: 60.0, 45.0: -np.inf}, 45.5),  # lifted when the stop would long be over
+        ({10.0: np.inf, 45.0: 48.0}, 48.0),
+        ({29.5: 47.3}, 47.5),  # at the last moment
+    ],
+)
+def test_a_stop_that_is_held_lasts_so_long(
+    open_engine: Opener, words: Words, released_s: float
+) -> None:
+    found = held(open_engine, two_station_scenario(1), words, READY_S + 70.0)
+    assert found == pytest.approx([released_s])
+
+
+@pytest.mark.parametrize("step_s", [0.1, 0.5])
+def test_a_stop_on_the_way_is_held_beyond_its_delay(open_engine: Opener, step_s: float) -> None:
+    delays = DwellDelays(overstays=(Overstay("T2", "east", 41.2),))
+    scenario = two_station_scenario(2, headway_s=120.0, run_s=60.0, delays=delays, step_s=step_s)
+    # It arrives about 71 s after its departure, and overstays until about 287 s.
+    words = {150.0 + 75.0: 330.0, 240.0: 320.0, 290.0: 310.3}
+    _, found = held(open_engine, scenario, words, READY_S + 340.0, row=1)
+    assert 310.3 - 1e-6 <= found < 310.3 + step_s
 
 
 def test_train_without_a_command_stays_after_its_stop(open_engine: Opener) -> None:

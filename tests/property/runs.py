@@ -54,6 +54,9 @@ class Observed:
         self.told_mps.append(speed_mps.copy())
         self._engine.apply(speed_mps)
 
+    def hold(self, until_s: FloatArray) -> None:
+        self._engine.hold(until_s)
+
     def advance(self) -> None:
         self._engine.advance()
 

@@ -356,7 +356,7 @@ def test_window_is_driven_through_the_same_interface(
     # The command line of sumo takes the options of sumo-gui, and needs no display.
     scenario = two_station_scenario(1, block_m=400.0)
     without = watched(opened(scenario, "sumo_native_fixed"), READY_S + 60.0)
-    monkeypatch.setattr("kankaku.sumo_net.engine.sumo_binary", lambda _: sumo_binary("sumo"))
+    monkeypatch.setattr("kankaku.sumo_net.door.sumo_binary", lambda _: sumo_binary("sumo"))
     engine = opened(scenario, "sumo_native_fixed")
     windowed = NativeEngine(engine._files, world_of(scenario), gui=True)  # noqa: SLF001
     seen = watched(windowed, READY_S + 60.0)

@@ -261,7 +261,7 @@ def test_window_is_driven_through_the_same_interface(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The command line of sumo takes the options of sumo-gui, and needs no display.
-    monkeypatch.setattr("kankaku.sumo_net.engine.sumo_binary", lambda _: sumo_binary("sumo"))
+    monkeypatch.setattr("kankaku.sumo_net.door.sumo_binary", lambda _: sumo_binary("sumo"))
     scenario = two_station_scenario(1, block_m=400.0)
     with SumoEngine(built(scenario, tmp_path / "run"), world_of(scenario), gui=True) as engine:
         seen = engine.observe()

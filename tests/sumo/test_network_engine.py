@@ -61,7 +61,7 @@ class Watched:
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
         self.seen: list[Observation] = []
-        self.apply, self.advance = engine.apply, engine.advance
+        self.apply, self.advance, self.hold = engine.apply, engine.advance, engine.hold
 
     def observe(self) -> Observation:
         self.seen.append(self._engine.observe())
@@ -187,7 +187,7 @@ def test_a_network_in_which_sumo_sees_two_tracks_for_one_is_refused(
 
 def test_window_shows_every_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # The command line of sumo takes the options of sumo-gui, and needs no display.
-    monkeypatch.setattr("kankaku.sumo_net.engine.sumo_binary", lambda _: sumo_binary("sumo"))
+    monkeypatch.setattr("kankaku.sumo_net.door.sumo_binary", lambda _: sumo_binary("sumo"))
     scenario = only("terminal", "d01")
     begin_s = float(world_of(scenario).booked_departure_s[0, 0])
     with on_sumo(scenario, tmp_path, gui=True) as engine:

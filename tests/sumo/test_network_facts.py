@@ -12,7 +12,7 @@ import pytest
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.shipped import folder_of
 from kankaku.sumo_net.build import SumoFiles, build, network
-from kankaku.sumo_net.engine import disarm
+from kankaku.sumo_net.door import disarm
 from kankaku.sumo_net.network_xml import edge_of, route_names, twins
 from kankaku.testing.example_lines import world_of
 

@@ -26,9 +26,11 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.engine_contract import Engine, Observation
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.wayside.detection import Detection
+from kankaku.sumo_net import door
 from kankaku.sumo_net import engine as engine_module
 from kankaku.sumo_net.build import IGNORE_SIGNALS, SumoFiles, build
-from kankaku.sumo_net.engine import SumoEngine, disarm
+from kankaku.sumo_net.door import disarm
+from kankaku.sumo_net.engine import SumoEngine
 from kankaku.sumo_net.signals import block_of_lane, shown_network
 from kankaku.testing.example_lines import (
     blocks_every,
@@ -53,7 +55,7 @@ class Watched:
     def __init__(self, engine: Engine, note: Noted) -> None:
         self._engine = engine
         self._note = note
-        self.apply, self.advance = engine.apply, engine.advance
+        self.apply, self.advance, self.hold = engine.apply, engine.advance, engine.hold
 
     def observe(self) -> Observation:
         seen = self._engine.observe()
@@ -82,7 +84,7 @@ def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Files:
 @pytest.fixture
 def without_window(monkeypatch: pytest.MonkeyPatch) -> None:
     """Run what a window would show inside this process."""
-    start = engine_module.start
+    start = door.start
 
     def start_here(files: SumoFiles, options: Mapping[str, str], *, gui: bool) -> Any:  # noqa: ANN401, ARG001
         return start(files, options, gui=False)

@@ -12,7 +12,7 @@ import pytest
 
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.sumo_net.build import SumoFiles, build
-from kankaku.sumo_net.engine import disarm
+from kankaku.sumo_net.door import disarm
 from kankaku.testing.example_lines import two_station_scenario, world_of
 
 READY_S = 25_200.0

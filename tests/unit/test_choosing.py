@@ -38,7 +38,7 @@ def test_a_controller_of_the_scenario_goes_by_its_name_and_any_other_by_its_laye
             "atd+echo",
             "'echo' is not a known operation; allowed: 'eco' (did you mean that?) among ",
         ),
-        ("atd+eco+eco", "'eco+eco' is not a known operation"),
+        ("atd+eco+eco", "'eco' is not a known supervision"),
         ("+", "'' is not a known protection"),
     ],
 )

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from kankaku.controllers.choosing import with_settings
-from kankaku.controllers.energy.eco_margin import WORD
-from kankaku.controllers.energy.leg_runs import FREE_MPS, LegRuns
+from kankaku.controllers.eco_layer.eco_margin import WORD
+from kankaku.controllers.eco_layer.leg_runs import FREE_MPS, LegRuns
 from kankaku.controllers.registry import ControllerError, build, options_of
 from kankaku.railway.plan.driving_style import DrivingStyle
 from kankaku.railway.plan.line import Gradient, SpeedLimit

@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from kankaku.controllers.operation.pre_deceleration import Approach, Slowing, slow_down
-from kankaku.railway.motion.run_up import RunUp
+from kankaku.railway.motion.run_up import RunUp, RunUpTable, shortest_s
 from kankaku.railway.plan.rolling_stock import RunningResistance, Traction
 from kankaku.testing.example_lines import commuter_train
 
@@ -97,10 +97,10 @@ def test_with_room_enough_it_meets_the_first_stage_at_full_speed(wait_s: float) 
 
 
 def test_the_shortest_run_to_a_stop_is_the_trapezoid_of_speed() -> None:
-    up = RunUp.of(TRAIN)
+    up = RunUpTable.of([RunUp.of(TRAIN)])
     # 1000 m from rest, no faster than 20 m/s: 422 m are lost to acceleration and braking.
     expected_s = 20.0 / A + 20.0 / B + (1000.0 - 200.0 / A - 200.0 / B) / 20.0
-    assert up.shortest_s(1000.0, 0.0, 20.0, B) == pytest.approx(expected_s, rel=1e-3)
+    assert shortest_s(up, 0, (1000.0, 0.0, 20.0), B) == pytest.approx(expected_s, rel=1e-3)
     # 100 m: the peak is sqrt(2 * 100 * ab/(a+b)), never cruising.
     peak = np.sqrt(2.0 * 100.0 * FIRST_STAGE)
-    assert up.shortest_s(100.0, 0.0, 20.0, B) == pytest.approx(peak / A + peak / B, rel=1e-3)
+    assert shortest_s(up, 0, (100.0, 0.0, 20.0), B) == pytest.approx(peak / A + peak / B, rel=1e-3)

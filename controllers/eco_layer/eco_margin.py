@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.energy.leg_runs import FREE_MPS, Leg, LegRun, LegRuns
+from kankaku.controllers.eco_layer.leg_runs import FREE_MPS, Leg, LegRun, LegRuns
 from kankaku.controllers.layers import ControllerError
 from kankaku.controllers.operation.eco import CATCHING_UP_PS
 from kankaku.controllers.options import OptionError, require
@@ -94,7 +94,7 @@ class MarginPlans(NamedTuple):
     """All different tables, one after the other. shape (2, n_points)"""
 
 
-class Followed(NamedTuple):
+class FollowedLegs(NamedTuple):
     """What steps need of :class:`MarginPlans`."""
 
     since_s: FloatArray
@@ -232,7 +232,7 @@ def _lowered(
     word: int,
 ) -> tuple[FloatArray, IntArray, IntArray]:
     """Return ceilings, why, and for what."""
-    trains, plans = Whereabouts(*whereabouts), Followed(*plan_fields)
+    trains, plans = Whereabouts(*whereabouts), FollowedLegs(*plan_fields)
     ceiling_mps, reason, cause = asked[0].copy(), asked[1].copy(), asked[2].copy()
     for train in range(ceiling_mps.size):
         along_m = trains.front_m[train] - plans.from_m[train]

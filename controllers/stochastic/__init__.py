@@ -1,0 +1,8 @@
+"""
+PlatformWay to a platform whose release is uncertain, by stochastic dynamic programming.
+
+``approach_site`` lays out what protection and line permit behind a leader that stands and then
+departs; ``run_in`` runs the follower on after the release; ``belief`` says how likely the release
+is; ``waiting`` plans for the time before; ``site_tables`` keeps what was worked out;
+``stochastic_approach`` is the operation.
+"""

@@ -1,0 +1,183 @@
+"""The choice of an acceleration: one look ahead over the costs to come."""
+
+import numpy as np
+
+from kankaku.controllers.forecast import Booked, Called, departures_s
+from kankaku.controllers.stochastic.approach_site import PlatformWay
+from kankaku.controllers.stochastic.belief import LEVELS
+from kankaku.controllers.stochastic.run_in import Costs, drag_at_mps2
+from kankaku.controllers.stochastic.site_tables import NO_SITE, Stack, approach_of
+from kankaku.controllers.stochastic.waiting import (
+    ACTIONS,
+    CERTAIN,
+    LEVEL_COUNT,
+    LOOK_S,
+    PULL,
+    SLACKS,
+    between,
+    look_ahead,
+    rate_mps2,
+)
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.compiled import Plain, compiled
+from kankaku.railway.step.state import Whereabouts
+
+LEAVING_M = 30.0
+"""So far from its last stop a train speeds up in any case. [m]"""
+LEVEL_SCALES = np.array(LEVELS)
+
+
+@compiled
+def choose(
+    now_s: float,
+    whereabouts: Plain,
+    known: tuple[Plain, tuple[Plain, Plain]],
+    approaching: tuple[IntArray, FloatArray, bool],
+    tables: tuple[Plain, Plain],
+) -> FloatArray:
+    """
+    Choose the acceleration of every train that approaches a platform.
+
+    Parameters
+    ----------
+    now_s
+        The time. [s]
+    whereabouts
+        See :class:`~kankaku.railway.step.state.Whereabouts`.
+    known
+        Of :class:`~kankaku.controllers.forecast.Called`, and what forecasts need.
+    approaching
+        Number of each train's site, factor on its leader's delays, shape (n_trains,), and whether
+        what is forecast is certain.
+    tables
+        Of :class:`~kankaku.controllers.stochastic.site_tables.Stack`, and of the costs.
+
+    Returns
+    -------
+    FloatArray
+        Infinite for trains that need not hold back. [m/s2], shape (n_trains,)
+    """
+    trains, called = Whereabouts(*whereabouts), Called(*known[0])
+    booked = Booked(*known[1][1])
+    stack, costs = Stack(*tables[0]), Costs(*tables[1])
+    sites, scales, certain = approaching
+    rates = np.full(sites.size, np.inf)
+    ready_s, earliest_s = departures_s(now_s, whereabouts, known[0], known[1], np.zeros(sites.size))
+    for train in range(sites.size):
+        if sites[train] == NO_SITE or not trains.running[train]:
+            continue
+        approach = approach_of(stack, sites[train])
+        to_limit_m = approach.limit_m - trains.front_m[train]
+        from_m = trains.front_m[train] - approach.from_m
+        if to_limit_m < 0.0 or from_m < LEAVING_M:
+            continue
+        leader = called.leader[train]
+        booked_s = booked.departure_s[leader, called.next_call[leader]]
+        stands = trains.present[leader] and not trains.running[leader]
+        overstays_s = now_s - max(ready_s[leader], booked_s) if stands else -1.0
+        wait = earliest_s[leader] - now_s, max(booked_s - ready_s[leader], 0.0)
+        motion = to_limit_m, trains.speed_mps[train]
+        if overstays_s > 0.0 and not certain:
+            site = (approach, sites[train], stack)
+            action = _during(site, motion, (now_s - ready_s[leader], scales[train]), costs)
+        else:
+            site = (approach, sites[train], stack)
+            action = _before(site, motion, (wait[0], wait[1], scales[train], certain), costs)
+        if action < PULL:
+            place = from_m / approach.place_m
+            drag = drag_at_mps2(approach, place)
+            rates[train] = rate_mps2(approach, action, motion[1], drag)
+    return rates
+
+
+@compiled
+def _level(scale: float) -> tuple[int, float]:
+    """Return the lower of two levels, and the weight of the upper one."""
+    low = 0
+    while low < LEVEL_COUNT - 2 and scale > LEVEL_SCALES[low + 1]:
+        low += 1
+    ratio = np.log(scale / LEVEL_SCALES[low]) / np.log(LEVEL_SCALES[low + 1] / LEVEL_SCALES[low])
+    return low, min(max(ratio, 0.0), 1.0)
+
+
+@compiled
+def _during(
+    site: tuple[PlatformWay, int, Stack],
+    motion: tuple[float, float],
+    stay: tuple[float, float],
+    costs: Costs,
+) -> int:
+    """Return the action of least cost while the leader overstays."""
+    approach, number, stack = site
+    low, weight = _level(stay[1])
+    times = stack.during.shape[2]
+    now = min(int(stay[0] / LOOK_S), times - 1)
+    then = min(stay[0] / LOOK_S + 1.0, times - 1.001)
+    first, part = int(then), then - int(then)
+    after = stack.before[number, CERTAIN, 0]
+    least, chosen = np.inf, PULL
+    for action in range(ACTIONS - 1, -1, -1):
+        place, share, cost, _ = look_ahead(approach, stack.top_mps[number], motion, action, costs)
+        gone = between(after, place, share)
+        for level in range(low, low + 2):
+            hazard = stack.hazards[number, level, now]
+            tables = stack.during[number, level]
+            later = (1.0 - part) * between(tables[first], place, share)
+            later += part * between(tables[first + 1], place, share)
+            share_of = weight if level > low else 1.0 - weight
+            cost += share_of * (hazard * gone + (1.0 - hazard) * later)
+        if cost < least:
+            least, chosen = cost, action
+    return chosen
+
+
+@compiled
+def _before(
+    site: tuple[PlatformWay, int, Stack],
+    motion: tuple[float, float],
+    wait: tuple[float, float, float, bool],
+    costs: Costs,
+) -> int:
+    """Return the action of least cost before the leader's earliest departure."""
+    approach, number, stack = site
+    to_departure_s, slack_s, scale, certain = wait
+    plan, weight = _plan(stack, number, slack_s, scale, certain)
+    tables = stack.before[number]
+    last = tables.shape[1] - 1.001
+    then = min(max(to_departure_s / LOOK_S - 1.0, 0.0), last)
+    first, part = int(then), then - int(then)
+    least, chosen = np.inf, PULL
+    for action in range(ACTIONS - 1, -1, -1):
+        place, share, cost, _ = look_ahead(approach, stack.top_mps[number], motion, action, costs)
+        for index in range(plan, min(plan + 2, tables.shape[0])):
+            later = (1.0 - part) * between(tables[index, first], place, share)
+            later += part * between(tables[index, first + 1], place, share)
+            cost += (weight if index > plan else 1.0 - weight) * later
+        if cost < least:
+            least, chosen = cost, action
+    return chosen
+
+
+@compiled
+def _plan(
+    stack: Stack, number: int, slack_s: float, scale: float, certain: bool
+) -> tuple[int, float]:
+    """
+    Return the lower of two plans, and the weight of the upper one.
+
+    The longer a leader is ready before its booked departure, the less is it likely to leave later:
+    what counts is by how much in the mean.
+    """
+    if certain:
+        return CERTAIN, 0.0
+    excess_s = stack.excess_s[number]
+    low, part = _level(scale)
+    second = min(int(slack_s), SLACKS - 1)
+    wanted_s = (1.0 - part) * excess_s[low, second] + part * excess_s[low + 1, second]
+    below_s, plan = 0.0, CERTAIN
+    while plan < LEVEL_COUNT - 1 and wanted_s > excess_s[plan, 0]:
+        below_s = excess_s[plan, 0]
+        plan += 1
+    width_s = excess_s[plan, 0] - below_s
+    weight = 1.0 if width_s <= 0.0 else (wanted_s - below_s) / width_s
+    return plan, min(max(weight, 0.0), 1.0)
