@@ -76,9 +76,7 @@ def test_every_pair_keeps_the_contract(protection: str, operation: str) -> None:
     ("protection", "operation", "reserve"),
     [
         ("moving_block", "two_stage", False),
-        ("moving_block", "approach_point", True),
         ("digital_atc", "close_up", True),
-        ("control_map", "control_map", False),
     ],
 )
 def test_around_an_operation_the_energy_layer_keeps_the_contract(
