@@ -202,7 +202,7 @@ class Trajectory(NamedTuple):
     """Turnouts, level crossings and closures by column."""
 
 
-class Held(NamedTuple):
+class HoldTimes(NamedTuple):
     """How long supervision held trains at platforms; [s], shape (n_trains, n_calls_max)."""
 
     open_s: FloatArray
@@ -272,5 +272,5 @@ class RunRecord:
     """Trains that were still under way, or had not entered, when the run ended."""
     end_s: float = np.nan
     """When the run ended; not a number where nobody knows. [s]"""
-    held: Held | None = None
+    held: HoldTimes | None = None
     """How long supervision held trains at platforms; None under a controller without."""
