@@ -24,7 +24,7 @@ from kankaku.railway.step.records import (
     TRAJECTORY,
     UNFINISHED,
     VIOLATIONS,
-    HeldTimes,
+    HoldTimes,
     RunRecord,
 )
 from kankaku.railway.step.state import NO_REASON, NOTHING, Reason
@@ -110,7 +110,7 @@ def _calls_frame(record: RunRecord, run_times_s: FloatArray) -> pd.DataFrame:
     )
     minimum_dwell_s, dwell_delay_s = world.minimum_dwell_s[made], record.dwell_delay_s[made]
     nobody_s = np.zeros_like(record.arrival_s)
-    held = record.held or HeldTimes(nobody_s, nobody_s)
+    held = record.held or HoldTimes(nobody_s, nobody_s)
     unhindered_s = delay.unhindered_arrivals_s(world, record.dwell_delay_s, run_times_s)[made]
     return typed_frame(
         {

@@ -244,7 +244,7 @@ class Trajectory(NamedTuple):
     """Turnouts, level crossings and closures by column."""
 
 
-class HeldTimes(NamedTuple):
+class HoldTimes(NamedTuple):
     """How long supervision held trains at platforms; [s], shape (n_trains, n_calls_max)."""
 
     open_s: FloatArray
@@ -316,5 +316,5 @@ class RunRecord:
     """When the run ended; not a number where nobody knows. [s]"""
     foresight: Foresight | None = None
     """What its protection says beforehand; None where nobody knows, or a peer drives."""
-    held: HeldTimes | None = None
+    held: HoldTimes | None = None
     """How long supervision held trains at platforms; None under a controller without."""
