@@ -67,6 +67,12 @@ CALLS = (
         "s",
         "how long supervision kept the train at its platform after its stop, doors closed",
     ),
+    Column(
+        "closed_doors_s",
+        "float64",
+        "s",
+        "how long the train stood at its platform after its stop, whoever kept it; 1 s or more",
+    ),
 )
 TRAJECTORY = (
     Column("time_s", "float64", "s", "seconds after midnight"),
