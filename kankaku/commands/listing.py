@@ -7,7 +7,7 @@ from typing import NamedTuple
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import changed_options
 from kankaku.controllers.layers import PluginError, Registry
-from kankaku.railway.plan.scenario import ControllerSpec
+from kankaku.railway.plan.scenario import UNSUPERVISED, ControllerSpec
 
 
 class Listing(NamedTuple):
@@ -69,7 +69,7 @@ def controllers_of(title: str, specs: Sequence[ControllerSpec]) -> Listing:
     Returns
     -------
     Listing
-        Layers, options that are not the defaults, and whether they run where none are named.
+        Layers, what is not the default, and whether they run where none are named.
 
     Raises
     ------
@@ -78,23 +78,17 @@ def controllers_of(title: str, specs: Sequence[ControllerSpec]) -> Listing:
     """
     return Listing(
         title,
-        (
-            "name",
-            "protection",
-            "operation",
-            "supervision",
-            "options that differ",
-            "runs by default",
-        ),
+        ("name", "protection", "operation", "options that differ", "runs by default"),
         tuple(_row(spec) for spec in specs),
     )
 
 
 def _row(spec: ControllerSpec) -> tuple[str, ...]:
-    layers = (spec.protection, spec.operation, spec.supervision)
-    if spec.peer:
-        layers = (f"peer {spec.peer}", "-", "-")
-    options = dict(changed_options(spec))
+    layers = (f"peer {spec.peer}", "-") if spec.peer else (spec.protection, spec.operation)
+    options: dict[str, object] = {}
+    if spec.supervision != UNSUPERVISED:
+        options["supervision"] = spec.supervision
+    options |= changed_options(spec)
     if spec.radio:
         options["radio"] = True
     return spec.name, *layers, _lines(options.items()), "yes" if spec.by_default else "no"
