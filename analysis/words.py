@@ -20,6 +20,28 @@ def label_of(name: str) -> str:
     return name.replace("_", " ")
 
 
+def told_of(name: str, *, knows_future: bool) -> str:
+    """
+    Return a controller's name with a warning where there has to be one.
+
+    Parameters
+    ----------
+    name
+        The name.
+    knows_future
+        It is told the drawn dwell delays, as nobody ever is.
+
+    Returns
+    -------
+    str
+        The name.
+    """
+    return f"{name} (knows the future)" if knows_future else name
+
+
+FORETOLD = "Who knows the future is told the drawn dwell delays and is there for comparison only."
+
+
 def clock(time_s: float, _position: int | None = None, *, seconds: bool = False) -> str:
     """
     Return a time of day.

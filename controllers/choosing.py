@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
+from kankaku.controllers.eco_layer.eco_margin import energy_of
 from kankaku.controllers.registry import (
     OPERATIONS,
     PROTECTIONS,
@@ -27,12 +28,30 @@ PLUS = "+"
 """Between the layers of a controller that no scenario names; no name in a file has it."""
 CONTROLLER, SET = "--controller", "--set"
 PROTECTION, OPERATION, SUPERVISION = "protection", "operation", "supervision"
-RADIO = "radio"
-"""What can be set of a controller beside the options of its layers."""
+RADIO, ECO_MARGIN, ECO_RESERVE = "radio", "eco_margin_s", "eco_reserve"
+BESIDE = {RADIO: "true or false", ECO_MARGIN: "a number", ECO_RESERVE: "true or false"}
+"""What can be set of a controller beside the options of its layers, and to what."""
 _VALUES = "a finite number, true or false, or a list of finite numbers, as in scenario.toml"
 SHOWN = 40
 """Characters of a value that a complaint shows."""
 _FORM = "<controller>.<option>=<value>"
+
+
+def knows_future(spec: ControllerSpec) -> bool:
+    """
+    Return whether a controller is told the drawn dwell delays: for comparison only.
+
+    Parameters
+    ----------
+    spec
+        One that can be built.
+
+    Returns
+    -------
+    bool
+        Whether its operation is.
+    """
+    return spec.peer is None and OPERATIONS[spec.operation].knows_future
 
 
 def named(specs: Sequence[ControllerSpec], name: str) -> ControllerSpec:
@@ -162,10 +181,8 @@ def _set(spec: ControllerSpec, key: str, value: Option) -> ControllerSpec:
     if spec.peer is not None:
         others = "controllers with a protection and an operation"
         raise ControllerError(where, f"{spec.name} is a peer, which has no options", others)
-    if key == RADIO:
-        if not isinstance(value, bool):
-            raise ControllerError(where, f"{value!r}", "true or false")
-        return replace(spec, radio=value)
+    if key in BESIDE:
+        return _with_beside(spec, key, value, where)
     layer, option = _place_of(spec, key, where)
     registry, name, options = _layers(spec)[layer]
     options = {**options, option: value}
@@ -176,6 +193,19 @@ def _set(spec: ControllerSpec, key: str, value: Option) -> ControllerSpec:
         raise ControllerError(where, error.problem, error.allowed) from error
     changed: dict[str, Any] = {f"{layer}_options": options}
     return replace(spec, **changed)
+
+
+def _with_beside(spec: ControllerSpec, key: str, value: Option, where: str) -> ControllerSpec:
+    if key == ECO_MARGIN and isinstance(value, float):
+        changed = replace(spec, eco_margin_s=value)
+        try:
+            energy_of(changed, where)
+        except ControllerError as error:
+            raise ControllerError(where, error.problem, error.allowed) from error
+        return changed
+    if key != ECO_MARGIN and isinstance(value, bool):
+        return replace(spec, radio=value) if key == RADIO else replace(spec, eco_reserve=value)
+    raise ControllerError(where, f"{value!r}", BESIDE[key])
 
 
 def _layers(spec: ControllerSpec) -> Mapping[str, tuple[Registry, str, Mapping[str, Option]]]:
@@ -203,7 +233,7 @@ def _place_of(spec: ControllerSpec, key: str, where: str) -> _Place:
         problem = f"{layers} have the option {key!r}"
         both = ", ".join(f"{spec.name}.{place.layer}.{key}" for place in found)
         raise ControllerError(where, problem, both)
-    allowed = ", ".join([*(option for options in known.values() for option in options), RADIO])
+    allowed = ", ".join([*(option for options in known.values() for option in options), *BESIDE])
     raise ControllerError(where, f"option {key!r} is not known to {spec.name}", allowed)
 
 

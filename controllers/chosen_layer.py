@@ -3,22 +3,13 @@
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from kankaku.controllers.layers import Layer, Registry, option_kinds
+from kankaku.controllers.layers import ControllerError, Layer, Registry, option_kinds
 from kankaku.controllers.options import OptionError
-from kankaku.railway.errors import KankakuError, suggesting
-from kankaku.railway.plan.scenario import MAIN_FILE, Option
+from kankaku.railway.errors import suggesting
+from kankaku.railway.plan.scenario import Option
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
-
-
-class ControllerError(KankakuError):
-    """A controller that cannot be built: which key, what is wrong, what is allowed."""
-
-    @property
-    def sentences(self) -> tuple[str, ...]:
-        """The file is named, too, where the key stands in one."""
-        return (str(self) if self.where.startswith("--") else f"{MAIN_FILE}: {self}",)
 
 
 def choose_layer(

@@ -17,7 +17,7 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import LineState, Whereabouts
 
 
-class Ways(NamedTuple):
+class ForecastTables(NamedTuple):
     """What forecasts need of line and fleet; it stays for a whole run."""
 
     origin_m: float
@@ -67,7 +67,7 @@ class DepartureForecast:
         self.interval_s: FloatArray = shortest_s
         """From the departure of each train to the arrival of the next one, at least. [s]"""
         self.ways = plain(
-            Ways(
+            ForecastTables(
                 world.profile.origin_m,
                 np.cumsum(1.0 / world.driven_profile.ceiling_mps, axis=1),
                 RunUpTable.of(run_up),
@@ -139,7 +139,7 @@ def departures_s(
     called_fields
         Of :class:`Called`, plain.
     known
-        Of :class:`Ways` and :class:`Booked`, plain.
+        Of :class:`ForecastTables` and :class:`Booked`, plain.
     longer_s
         By how much later than at the earliest each train that stands at its stop departs.
         [s], shape (n_trains,)
@@ -172,26 +172,28 @@ def departures_s(
 
 
 @compiled
-def ways_of(fields: Plain) -> Ways:
+def ways_of(fields: Plain) -> ForecastTables:
     """
     Return what forecasts need with its names.
 
     Parameters
     ----------
     fields
-        Of :class:`Ways`, plain.
+        Of :class:`ForecastTables`, plain.
 
     Returns
     -------
-    Ways
+    ForecastTables
         The same.
     """
     origin_m, travel_s, run_up, type_index, interval_s, brake_mps2 = fields
-    return Ways(origin_m, travel_s, RunUpTable(*run_up), type_index, interval_s, brake_mps2)
+    return ForecastTables(
+        origin_m, travel_s, RunUpTable(*run_up), type_index, interval_s, brake_mps2
+    )
 
 
 @compiled
-def _free_run_s(trains: Whereabouts, called: Called, ways: Ways, row: int) -> float:
+def _free_run_s(trains: Whereabouts, called: Called, ways: ForecastTables, row: int) -> float:
     """Return the time to the next stop if nothing is in the way."""
     kind, front_m, stop_m = ways.type_index[row], trains.front_m[row], called.stop_m[row]
     start, stop = int(front_m - ways.origin_m), int(stop_m - ways.origin_m)

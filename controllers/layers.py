@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, get_type
 
 from kankaku.railway.errors import KankakuError, sentence_of
 from kankaku.railway.plan.radio_spec import RadioSpec
+from kankaku.railway.plan.scenario import MAIN_FILE
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import (
     Foresight,
@@ -104,6 +105,15 @@ class Layer:
     """Of a protection."""
     knows_future: bool = False
     """Of an operation that is told the drawn dwell delays: it is there for comparison only."""
+
+
+class ControllerError(KankakuError):
+    """A controller that cannot be built: which key, what is wrong, what is allowed."""
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The file is named, too, where the key stands in one."""
+        return (str(self) if self.where.startswith("--") else f"{MAIN_FILE}: {self}",)
 
 
 class PluginError(KankakuError):

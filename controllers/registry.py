@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import numpy as np
 
 from kankaku.controllers.centre.over_radio import OverRadio
-from kankaku.controllers.chosen_layer import ControllerError, choose_layer, likely
+from kankaku.controllers.chosen_layer import choose_layer, likely
 from kankaku.controllers.control_map.map_operation import FollowPlan, FollowPlanOptions
 from kankaku.controllers.control_map.map_protection import ControlMap, ControlMapOptions
 from kankaku.controllers.drive import TractionDrive
+from kankaku.controllers.eco_layer.eco_margin import EcoMargin, energy_of
 from kankaku.controllers.layers import (
+    ControllerError,
     Guarding,
     Layer,
     Medium,
@@ -55,7 +57,7 @@ from kankaku.railway.errors import KankakuError, sentence_of
 from kankaku.railway.plan.radio_spec import LOSSLESS, RadioSpec, keeps_pace
 from kankaku.railway.plan.scenario import UNSUPERVISED, ControllerSpec, Option
 from kankaku.railway.plan.world import World
-from kankaku.railway.step.control import Controller, Supervision
+from kankaku.railway.step.control import Controller, Operation, Supervision
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -230,7 +232,33 @@ def build(
             raise ControllerError(
                 where=f"{where}.peer", problem=error.problem, allowed=error.allowed
             ) from error
+    energy, usual = energy_of(spec, where), world
+    if energy is not None and energy.eco_reserve:
+        # The plan, not the driver, spends the reserve.
+        world = world.driven_as(world.driving.at_limits)
     protection = _protection(spec, world, radio, where)
+    operation = _operation(spec, world, protection, where, delays_s)
+    if energy is not None:
+        operation = EcoMargin(operation, world, usual, energy, protection)
+    return Controller(
+        spec.name,
+        protection,
+        operation,
+        TractionDrive(world),
+        protection.separation,
+        by_radio=_goes_by_radio(spec),
+        promises=protection.promises,
+        supervision=_supervision(spec, world, where),
+    )
+
+
+def _operation(
+    spec: ControllerSpec,
+    world: World,
+    protection: Guarding,
+    where: str,
+    delays_s: FloatArray | None,
+) -> Operation[Any]:
     layer, options = choose_layer(
         OPERATIONS, f"{where}.operation", spec.operation, spec.operation_options
     )
@@ -238,17 +266,8 @@ def build(
     if layer.knows_future:
         told_s = np.zeros_like(world.minimum_dwell_s[:, :-1]) if delays_s is None else delays_s
         world = replace(world, foretold_delay_s=told_s)
-    return Controller(
-        spec.name,
-        protection,
-        _made(
-            OPERATIONS, spec.operation, lambda: make(world, options, protection), OPERATION_PARTS
-        ),
-        TractionDrive(world),
-        protection.separation,
-        by_radio=_goes_by_radio(spec),
-        promises=protection.promises,
-        supervision=_supervision(spec, world, where),
+    return _made(
+        OPERATIONS, spec.operation, lambda: make(world, options, protection), OPERATION_PARTS
     )
 
 
@@ -390,4 +409,5 @@ def options_of(spec: ControllerSpec) -> dict[str, dict[str, Option]]:
     if spec.supervision != UNSUPERVISED:
         options = SUPERVISIONS[spec.supervision].options(**spec.supervision_options)
         told["supervision"] = asdict(options)
-    return told
+    energy = energy_of(spec, f"controllers.{spec.name}")
+    return told if energy is None else {**told, "energy": asdict(energy)}

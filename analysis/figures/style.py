@@ -21,6 +21,8 @@ PALETTE = ("#0072B2", "#D55E00", "#009E73", "#AA4499", "#56B4E9", "#E69F00", "#3
 """Okabe and Ito, *Color Universal Design*, 2008, with two purples of Tol's muted scheme."""
 DASHES = ("solid", (0, (4, 1.5)), (0, (1, 1)))
 """Line styles for controllers beyond the palette."""
+MARKERS = ("o", "s", "^", "D", "v")
+"""Markers: their number and that of the colours have no common divisor."""
 BOOKED = "#A6A6A6"
 STOP = "#111111"
 GRID = "#E9E9E9"
@@ -67,6 +69,23 @@ def colour(index: int) -> str:
         A colour that stays distinct to colour-blind readers.
     """
     return PALETTE[index % len(PALETTE)]
+
+
+def marker(index: int) -> str:
+    """
+    Return a controller's marker.
+
+    Parameters
+    ----------
+    index
+        Place of the controller in its scenario. [-]
+
+    Returns
+    -------
+    str
+        With its colour one that no other of 35 controllers has.
+    """
+    return MARKERS[index % len(MARKERS)]
 
 
 def dashes(index: int) -> str | tuple[float, tuple[float, ...]]:

@@ -1,4 +1,4 @@
-"""The results folder of several scenarios: one table, a figure, a report."""
+"""The results folder of several scenarios: one table, two figures, a report."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -11,7 +11,7 @@ from kankaku.analysis.publish.results_folder import Draw, Kind, publish_folder
 from kankaku.analysis.tables.across_tables import ACROSS_TABLES
 from kankaku.analysis.texts.across_texts import Part, across_report
 
-ACROSS_RESULTS = Kind("across", ACROSS_TABLES, figures=("across",), texts=("report.md",))
+ACROSS_RESULTS = Kind("across", ACROSS_TABLES, figures=("across", "pareto"), texts=("report.md",))
 
 
 def publish_across(
@@ -24,7 +24,7 @@ def publish_across(
     figures: bool = True,
 ) -> None:
     """
-    Write table, figure, report, columns and provenance.
+    Write table, figures, report, columns and provenance.
 
     Parameters
     ----------
@@ -39,15 +39,16 @@ def publish_across(
     provenance
         What was run; anything that JSON can hold.
     figures
-        Draw the figure.
+        Draw the figures.
     """
     made: dict[str, Draw] = {}
     # Of a baseline alone there is nothing to draw.
     if figures and len(set(table["controller"])) > 1:
         # Here, because matplotlib takes half a second that not every command needs.
         from kankaku.analysis.figures.across_figure import across_figure  # noqa: PLC0415
+        from kankaku.analysis.figures.pareto_figure import pareto_figure  # noqa: PLC0415
 
-        made = {"across": partial(across_figure, table)}
+        made = {"pareto": partial(pareto_figure, table), "across": partial(across_figure, table)}
     report = across_report(parts, table, notes, [f"{name}.png" for name in made])
     publish_folder(
         folder, ACROSS_RESULTS, {"across": table}, made, provenance, texts={"report.md": report}

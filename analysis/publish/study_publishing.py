@@ -9,6 +9,7 @@ import pandas as pd
 
 from kankaku.analysis.publish.results_folder import Draw, Kind, publish_folder
 from kankaku.analysis.results import WRITTEN_TABLES, stations_frame
+from kankaku.analysis.tables.across_tables import across_frame
 from kankaku.analysis.tables.map_window import window_of
 from kankaku.analysis.tables.network_tables import NETWORK_TABLES, network_tables
 from kankaku.analysis.tables.run_tables import RunTables
@@ -16,7 +17,8 @@ from kankaku.analysis.tables.summary import summary_frame
 from kankaku.analysis.tables.sweep import SWEPT_TABLES, SweepTables, shown_delays_s, sweep_tables
 from kankaku.analysis.tables.window import busiest_window_s, within
 from kankaku.analysis.tables.worst import worst_moment
-from kankaku.analysis.texts.report import Shortfalls, report_text, unfinished_heading
+from kankaku.analysis.texts.remaining_texts import remaining_texts
+from kankaku.analysis.texts.report import Notes, Shortfalls, report_text, unfinished_heading
 from kankaku.analysis.words import clock
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.records import RAW_TABLES
@@ -24,7 +26,7 @@ from kankaku.railway.step.records import RAW_TABLES
 STUDY_RESULTS = Kind(
     "summary",
     {**WRITTEN_TABLES, **SWEPT_TABLES, **NETWORK_TABLES},
-    figures=("intervals", "speed_distance", "time_distance", "track_plan", "zoom"),
+    figures=("intervals", "pareto", "speed_distance", "time_distance", "track_plan", "zoom"),
     texts=("report.md",),
     elsewhere=frozenset(RAW_TABLES),
 )
@@ -41,13 +43,14 @@ class Findings(NamedTuple):
     """The tables of a sweep; None without one."""
 
 
-def publish(
+def publish(  # noqa: PLR0913 - one argument per part of the folder
     folder: Path,
     scenario: Scenario,
     runs: Sequence[RunTables],
     provenance: Mapping[str, Any],
     *,
     by_radio: Collection[str] = (),
+    knows_future: Collection[str] = (),
     failures: Sequence[str] = (),
     figures: bool = True,
 ) -> Findings:
@@ -74,6 +77,8 @@ def publish(
         What was run; anything that JSON can hold.
     by_radio
         Names of the controllers whose trains take their commands by radio.
+    knows_future
+        Names of those that are told the drawn dwell delays.
     failures
         Sentences about runs that failed, for the report.
     figures
@@ -102,7 +107,9 @@ def publish(
     shown = [run for run in drawn if run.initial_delay_s == drawn_s[-1]]
     made: dict[str, Draw] = {}
     if figures:
-        made = _figures(scenario, findings.sweep, drawn, shown, stations)
+        if not scenario.sweep:
+            made |= _pareto(scenario, findings.summary, knows_future)
+        made |= _figures(scenario, findings.sweep, drawn, shown, stations)
         if not scenario.line.network:
             made |= _maps(scenario, [run for run in shown if run.controller in by_radio], stations)
     network = network_tables(scenario, runs, shown) if scenario.line.network else {}
@@ -114,6 +121,7 @@ def publish(
         [f"{name}.png" for name in made],
         swept=findings.sweep,
         shortfalls=Shortfalls(failures, _unfinished(runs, scenario)),
+        notes=Notes(frozenset(knows_future), () if scenario.sweep else remaining_texts(runs)),
         by_direction=network.get("by_direction"),
     )
     frames = {"summary": findings.summary, "stations": stations, **network}
@@ -172,6 +180,19 @@ def _figures(
 
         figures["track_plan"] = partial(track_plan_figure, scenario.line)
     return figures
+
+
+def _pareto(
+    scenario: Scenario, summary: pd.DataFrame, knows_future: Collection[str]
+) -> dict[str, Draw]:
+    """Return the figure of what controllers gain and give up; none for one controller."""
+    names = list(dict.fromkeys(summary["controller"]))
+    if len(names) < 2:
+        return {}
+    from kankaku.analysis.figures.pareto_figure import pareto_figure  # noqa: PLC0415
+
+    table = across_frame({scenario.name: summary}, names, knows_future)
+    return {"pareto": partial(pareto_figure, table)}
 
 
 def _sweep_figures(

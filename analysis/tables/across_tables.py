@@ -1,6 +1,6 @@
 """Several scenarios in one table: a row per scenario and controller."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from kankaku.railway.step.records import Column
 
 STOPS, CRAWL = "interstation_stop_time_s", "interstation_crawl_time_s"
 DELAY, LATENESS = "mean_arrival_delay_s", "mean_arrival_lateness_s"
+BOUND = "mean_delay_bound_s"
 ENERGY = "energy_net_kwh"
 SHOWN = (STOPS, CRAWL, DELAY, LATENESS, ENERGY)
 """Columns of the table ``summary`` that scenarios are compared by."""
@@ -61,14 +62,20 @@ ACROSS = (
     Column("controller", "str", "", "name of the controller; the first one is the baseline"),
     Column("runs", "int64", "", "finished runs, one per seed; others are in no mean and no sum"),
     Column("pairs", "int64", "", "seeds that the baseline has finished, too"),
+    Column("knows_future", "bool", "", "told the drawn dwell delays: for comparison only"),
     *(column for indicator in SHOWN for column in _columns(indicator)),
+    Column(BOUND, "float64", "s", f"{INDICATOR_OF[BOUND].column.meaning}; mean over runs"),
     Column("violations", "int64", "", "safety invariants that did not hold, sum over runs"),
     Column("unfinished", "int64", "", "trains still under way at the end, sum over runs"),
 )
 ACROSS_TABLES: Mapping[str, tuple[Column, ...]] = {"across": ACROSS}
 
 
-def across_frame(summaries: Mapping[str, pd.DataFrame], controllers: Sequence[str]) -> pd.DataFrame:
+def across_frame(
+    summaries: Mapping[str, pd.DataFrame],
+    controllers: Sequence[str],
+    knows_future: Collection[str] = (),
+) -> pd.DataFrame:
     """
     Return the table ``across``.
 
@@ -78,6 +85,8 @@ def across_frame(summaries: Mapping[str, pd.DataFrame], controllers: Sequence[st
         The table ``summary`` of each scenario by its name, with the runs that are compared.
     controllers
         What is compared in each of them, baseline first.
+    knows_future
+        Those of them that are told the drawn dwell delays.
 
     Returns
     -------
@@ -89,7 +98,8 @@ def across_frame(summaries: Mapping[str, pd.DataFrame], controllers: Sequence[st
         for scenario, summary in summaries.items()
         for row in _rows(scenario, summary, controllers)
     )
-    return rows_frame(rows, ACROSS)
+    told = ({**row, "knows_future": row["controller"] in knows_future} for row in rows)
+    return rows_frame(told, ACROSS)
 
 
 def _rows(
@@ -104,6 +114,7 @@ def _rows(
             "controller": controller,
             "runs": len(own),
             "pairs": cells[0]["pairs"],
+            BOUND: float(own[BOUND].mean()),
             "violations": int(own["violations"].sum()),
             "unfinished": int((own["trains"] - own["trains_completed"]).sum()),
         }

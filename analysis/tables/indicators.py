@@ -48,6 +48,15 @@ class MeasuredRun:
         return self.run.calls[self.run.calls["sequence"] > 0]
 
     @cached_property
+    def bounds_s(self) -> pd.Series:
+        """Bounds of the delays of all arrivals; of unreached ones late until the run's end, too."""
+        arrivals = self.arrivals
+        bounds_s = arrivals["arrival_bound_s"] - arrivals["booked_arrival_s"]
+        never = arrivals["arrival_s"].isna()
+        least_s = bounds_s.where(~never, np.minimum(bounds_s, arrivals["arrival_delay_s"]))
+        return least_s.where(arrivals["arrival_delay_s"].notna())
+
+    @cached_property
     def last_arrivals(self) -> pd.DataFrame:
         """Calls at the last station; of a line with both directions every train's last one."""
         if (self.run.calls.groupby("train", sort=False)["stop_m"].diff() < 0.0).any():
@@ -156,6 +165,18 @@ INDICATORS = (
         rare=True,
     ),
     Indicator(
+        Topic.STOPS,
+        Column(
+            "closed_doors_time_s",
+            "float64",
+            "s",
+            "at platforms after the stop, whoever is in the way",
+        ),
+        lambda measured: measured.run.calls["closed_doors_s"].sum(),
+        "standing at platforms, doors closed",
+        10.0,
+    ),
+    Indicator(
         Topic.DELAY,
         Column(
             "mean_arrival_delay_s",
@@ -165,6 +186,31 @@ INDICATORS = (
         ),
         lambda measured: measured.arrivals["arrival_delay_s"].mean(),
         "mean arrival delay",
+        5.0,
+    ),
+    Indicator(
+        Topic.DELAY,
+        Column(
+            "mean_delay_bound_s",
+            "float64",
+            "s",
+            "least mean arrival delay of any control over this protection; trains in their order, "
+            "and as hurried, as they were",
+        ),
+        lambda measured: measured.bounds_s.mean(),
+        "bound of the mean arrival delay",
+        5.0,
+    ),
+    Indicator(
+        Topic.DELAY,
+        Column(
+            "delay_above_bound_s",
+            "float64",
+            "s",
+            "mean arrival delay less that bound: what is left for a better control",
+        ),
+        lambda measured: (measured.arrivals["arrival_delay_s"] - measured.bounds_s).mean(),
+        "mean arrival delay above the bound",
         5.0,
     ),
     Indicator(

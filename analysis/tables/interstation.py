@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 
 from kankaku.analysis.tables.columns import typed_frame
-from kankaku.railway.step.records import INTERSTATION_STOPS, RunRecord
+from kankaku.railway.arrays import IntArray
+from kankaku.railway.step.records import INTERSTATION_STOPS, RunRecord, Standstills
 
 SHORTEST_STOP_S = 1.0
 """A standstill shorter than this is not a stop. [s]"""
@@ -21,6 +22,26 @@ class StopTotals(NamedTuple):
     trains: int
 
 
+def long_stops(stands: Standstills) -> IntArray:
+    """
+    Return which standstills count as stops.
+
+    Parameters
+    ----------
+    stands
+        Of running trains.
+
+    Returns
+    -------
+    IntArray
+        Those of ``SHORTEST_STOP_S`` or more, in order of their start, then of the trains.
+        shape (n_stops,)
+    """
+    # A duration is a number of steps times the step: never exactly a second.
+    long = np.flatnonzero(stands.duration_s >= SHORTEST_STOP_S - _CLOCK_NOISE_S)
+    return long[np.lexsort((stands.row[long], stands.start_s[long]))]
+
+
 def stops_frame(record: RunRecord) -> pd.DataFrame:
     """
     Return the stops between stations.
@@ -33,13 +54,10 @@ def stops_frame(record: RunRecord) -> pd.DataFrame:
     Returns
     -------
     pd.DataFrame
-        Table ``interstation_stops``: standstills of ``SHORTEST_STOP_S`` or more, in order
-        of their start, then of the trains.
+        Table ``interstation_stops``, in the order of :func:`long_stops`.
     """
     stands = record.standstills
-    # A duration is a number of steps times the step: never exactly a second.
-    long = np.flatnonzero(stands.duration_s >= SHORTEST_STOP_S - _CLOCK_NOISE_S)
-    kept = long[np.lexsort((stands.row[long], stands.start_s[long]))]
+    kept = long_stops(stands)
     rows = stands.row[kept].tolist()
     services = record.world.timetable.services
     towards = [

@@ -13,7 +13,9 @@ from kankaku.analysis.tables import delay
 from kankaku.analysis.tables.columns import csv_text, read_csv, rows_frame, typed_frame, write_whole
 from kankaku.analysis.tables.energy import energy_frame
 from kankaku.analysis.tables.interstation import stops_frame
+from kankaku.analysis.tables.remaining_stops import remaining_stops_frame
 from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.capacity.delay_bound import arrival_bounds_s
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.records import (
     CALLS,
@@ -41,6 +43,7 @@ class RunTables:
     calls: pd.DataFrame
     trajectory: pd.DataFrame
     interstation_stops: pd.DataFrame
+    remaining_stops: pd.DataFrame
     energy: pd.DataFrame
     violations: pd.DataFrame
     obstructions: pd.DataFrame
@@ -84,6 +87,7 @@ def run_tables(
         calls=_calls_frame(record, run_times_s),
         trajectory=_trajectory_frame(record),
         interstation_stops=stops_frame(record),
+        remaining_stops=remaining_stops_frame(record),
         energy=energy_frame(record),
         violations=_violations_frame(record),
         obstructions=_obstructions_frame(record),
@@ -107,6 +111,8 @@ def _calls_frame(record: RunRecord, run_times_s: FloatArray) -> pd.DataFrame:
     minimum_dwell_s, dwell_delay_s = world.minimum_dwell_s[made], record.dwell_delay_s[made]
     nobody_s = np.zeros_like(record.arrival_s)
     held = record.held or HoldTimes(nobody_s, nobody_s)
+    stays_s = minimum_dwell_s + dwell_delay_s
+    over_s = np.maximum(booked_departure_s, arrival_s + stays_s) + held.open_s[made]
     unhindered_s = delay.unhindered_arrivals_s(world, record.dwell_delay_s, run_times_s)[made]
     return typed_frame(
         {
@@ -127,12 +133,14 @@ def _calls_frame(record: RunRecord, run_times_s: FloatArray) -> pd.DataFrame:
                 booked_arrival_s, booked_departure_s, minimum_dwell_s, dwell_delay_s
             ),
             "unhindered_arrival_s": unhindered_s,
+            "arrival_bound_s": arrival_bounds_s(record, run_times_s)[made],
             "secondary_delay_s": delay.secondary_delay_s(
                 arrival_s, unhindered_s, booked_arrival_s, record.end_s
             ),
             "stop_error_m": record.stop_error_m[made],
             "held_open_s": held.open_s[made],
             "held_closed_s": held.closed_s[made],
+            "closed_doors_s": delay.closed_doors_s(over_s, departure_s),
         },
         CALLS,
     )

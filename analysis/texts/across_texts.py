@@ -9,6 +9,7 @@ import pandas as pd
 
 from kankaku.analysis.tables.across_tables import (
     ACROSS,
+    BOUND,
     CRAWL,
     DELAY,
     ENERGY,
@@ -18,8 +19,10 @@ from kankaku.analysis.tables.across_tables import (
     cell_of,
 )
 from kankaku.analysis.tables.columns import rows_of
+from kankaku.analysis.tables.pareto import best_controllers
 from kankaku.analysis.texts.comparison_texts import change_text, mean_text
 from kankaku.analysis.texts.report import markdown
+from kankaku.analysis.words import FORETOLD, told_of
 
 WIDTH = 80
 """Characters of a line. [-]"""
@@ -65,8 +68,9 @@ def across_lines(table: pd.DataFrame) -> list[str]:
     Returns
     -------
     list[str]
-        A heading per scenario; below it two lines per controller: means over runs, and the
-        changes against the baseline with half of their 95 % intervals. Up to 80 characters each.
+        A heading per scenario, with the bound of the delay under the baseline; below it two lines
+        per controller: means over runs, and the changes against the baseline with half of their
+        95 % intervals. Up to 80 characters each.
     """
     baseline = table["controller"].iloc[0]
     found = [
@@ -86,8 +90,8 @@ def across_lines(table: pd.DataFrame) -> list[str]:
     for row, means, changes in found:
         if row["scenario"] != scenario:
             scenario = row["scenario"]
-            lines += ["-" * WIDTH, scenario]
-        name = f"  {row['controller']}"
+            lines += ["-" * WIDTH, *_heading(scenario, row[BOUND])]
+        name = f"  {told_of(row['controller'], knows_future=row['knows_future'])}"
         if len(name) > left:
             lines.append(name)
             name = ""
@@ -95,6 +99,15 @@ def across_lines(table: pd.DataFrame) -> list[str]:
         if any(changes):
             lines.append(line("", changes))
     return lines
+
+
+def _heading(scenario: str, bound_s: float) -> list[str]:
+    if np.isnan(bound_s):
+        return [scenario]
+    least = f"least delay that any control could reach: {mean_text(bound_s)} s"
+    if len(scenario) + len(least) + 2 > WIDTH:
+        return [scenario, f"{least:>{WIDTH}}"]
+    return [f"{scenario}{least:>{WIDTH - len(scenario)}}"]
 
 
 def _means(row: Mapping[str, Any]) -> tuple[str, ...]:
@@ -136,7 +149,10 @@ def across_note(table: pd.DataFrame) -> list[str]:
     told = f"Second lines: change against {table['controller'].iloc[0]}"
     if (table["pairs"] > 1).any():
         told += ", ± half of the 95 % confidence interval of differences paired by seed"
-    return textwrap.wrap(f"{told}; no per cents where the baseline is near zero.", WIDTH)
+    told += "; no per cents where the baseline is near zero."
+    if table["knows_future"].any():
+        told += f" {FORETOLD}"
+    return textwrap.wrap(told, WIDTH)
 
 
 def across_report(
@@ -173,6 +189,7 @@ def across_report(
         [*_items(f"**{name}**: {meaning}" for name, meaning in MEANINGS.items())],
         *([["## Take note", "", *_items(map(markdown, notes))]] if notes else []),
         [f"![changes against the baseline]({name})" for name in figures],
+        *([_best(table)] if len(set(table["controller"])) > 1 else []),
         textwrap.wrap(
             f"`across.csv` has the changes of all indicators in {len(ACROSS)} columns, "
             "`columns.csv` says what each of them means.",
@@ -180,6 +197,17 @@ def across_report(
         ),
     )
     return "\n".join(line for part in sections if part for line in [*part, ""]).rstrip() + "\n"
+
+
+def _best(table: pd.DataFrame) -> Iterator[str]:
+    """Yield which controllers no other one beats."""
+    told = "By their means no other controller is better in stop time, delay and net energy at once"
+    yield from textwrap.wrap(f"{told} than these:", WIDTH)
+    yield ""
+    parts = table.groupby("scenario", sort=False)
+    yield from _items(
+        f"{scenario}: {', '.join(best_controllers(part)) or 'none'}" for scenario, part in parts
+    )
 
 
 def _items(told: Iterator[str] | Sequence[str]) -> Iterator[str]:

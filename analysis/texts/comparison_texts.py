@@ -1,6 +1,6 @@
 """The comparison of controllers in words: a table and a note."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -8,6 +8,7 @@ import pandas as pd
 
 from kankaku.analysis.tables.columns import rows_of
 from kankaku.analysis.tables.indicators import COMPARED
+from kankaku.analysis.words import told_of
 
 
 def change_text(cell: Mapping[str, Any]) -> str:
@@ -37,7 +38,9 @@ def change_text(cell: Mapping[str, Any]) -> str:
     return f"{text} {unit}".rstrip()
 
 
-def comparison_texts(compared: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
+def comparison_texts(
+    compared: pd.DataFrame, knows_future: Collection[str] = ()
+) -> tuple[list[str], list[list[str]]]:
     """
     Return the comparison as texts, one row per indicator and one column per controller.
 
@@ -45,6 +48,8 @@ def comparison_texts(compared: pd.DataFrame) -> tuple[list[str], list[list[str]]
     ----------
     compared
         What :func:`comparison` returned.
+    knows_future
+        Names of the controllers that are told the drawn dwell delays.
 
     Returns
     -------
@@ -59,7 +64,8 @@ def comparison_texts(compared: pd.DataFrame) -> tuple[list[str], list[list[str]]
         label = COMPARED[indicator].label if indicator in COMPARED else indicator
         row = rows.setdefault(indicator, [f"{label} [{unit}]" if unit else label])
         row.append(_cell_text(cell, baseline=cell["controller"] == controllers[0]))
-    return ["indicator", *controllers], list(rows.values())
+    named = [told_of(name, knows_future=name in knows_future) for name in controllers]
+    return ["indicator", *named], list(rows.values())
 
 
 def comparison_note(compared: pd.DataFrame) -> str:

@@ -1,7 +1,7 @@
 """A short report in Markdown: what was run, what came out, and why trains were slow."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from kankaku.analysis.tables.run_tables import DWELLING, PLAN, REASONS, RunTable
 from kankaku.analysis.tables.sweep import SWEEP_INDICATORS, SweepTables
 from kankaku.analysis.texts.comparison_texts import comparison_note, comparison_texts
 from kankaku.analysis.texts.sweep_texts import sweep_texts
-from kankaku.analysis.words import label_of
+from kankaku.analysis.words import FORETOLD, label_of
 
 REASON_TEXTS: Mapping[str, str] = {
     "traction": "accelerating",
@@ -48,6 +48,18 @@ class Shortfalls(NamedTuple):
 
 
 NO_SHORTFALLS = Shortfalls()
+
+
+class Notes(NamedTuple):
+    """What is told of controllers beside their numbers."""
+
+    knows_future: Collection[str] = ()
+    """Names of those that are told the drawn dwell delays."""
+    remaining: Sequence[str] = ()
+    """A sentence for each controller about the stops that remain; none in a sweep."""
+
+
+NO_NOTES = Notes()
 
 
 def reason_shares(trajectory: pd.DataFrame) -> pd.Series:
@@ -153,6 +165,7 @@ def report_text(  # noqa: PLR0913 - one argument per part of the report
     swept: SweepTables | None = None,
     shortfalls: Shortfalls = NO_SHORTFALLS,
     by_direction: pd.DataFrame | None = None,
+    notes: Notes = NO_NOTES,
 ) -> str:
     """
     Return the report.
@@ -175,6 +188,8 @@ def report_text(  # noqa: PLR0913 - one argument per part of the report
         What did not come to its end.
     by_direction
         The table of that name; None for a chain, whose trains all run one way.
+    notes
+        What is told of controllers beside their numbers.
 
     Returns
     -------
@@ -190,9 +205,10 @@ def report_text(  # noqa: PLR0913 - one argument per part of the report
             *_failed(shortfalls.failures),
         ],
         *([_unfinished(shortfalls.unfinished)] if shortfalls.unfinished else []),
-        _swept(swept) if swept else _compared(summary),
+        _swept(swept) if swept else _compared(summary, notes.knows_future),
         *([_directions(by_direction)] if by_direction is not None else []),
         _reasons(runs),
+        *([_remaining(notes.remaining)] if notes.remaining else []),
         [f"![{label_of(name.rpartition('.')[0])}]({name})" for name in figures],
         _meanings(summary, swept=swept is not None),
     )
@@ -268,15 +284,20 @@ def _swept(swept: SweepTables) -> list[str]:
     return ["## Intervals", "", told, "", *_table(*sweep_texts(swept.indicators)), *source]
 
 
-def _compared(summary: pd.DataFrame) -> list[str]:
+def _compared(summary: pd.DataFrame, knows_future: Collection[str]) -> list[str]:
     compared = comparison(summary)
-    header, rows = comparison_texts(compared)
+    header, rows = comparison_texts(compared, knows_future)
     several = len(set(summary["seed"])) > 1
     told = comparison_note(compared)
     if several:
         told += "; means over seeds, ± half of the 95 % confidence interval of paired differences"
-    named = header
-    return ["## Comparison", "", *_table(named, rows), "", f"{told}."]
+    warned = [FORETOLD] if knows_future else []
+    return ["## Comparison", "", *_table(header, rows), "", " ".join([f"{told}.", *warned])]
+
+
+def _remaining(sentences: Sequence[str]) -> list[str]:
+    last = "`remaining_stops.csv` of each run follows every stop back to its first cause."
+    return ["## Why trains still stood", "", *(f"- {told}" for told in sentences), "", last]
 
 
 def _directions(by_direction: pd.DataFrame) -> list[str]:

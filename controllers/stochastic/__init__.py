@@ -1,5 +1,5 @@
 """
-Approach to a platform whose release is uncertain, by stochastic dynamic programming.
+PlatformWay to a platform whose release is uncertain, by stochastic dynamic programming.
 
 ``approach_site`` lays out what protection and line permit behind a leader that stands and then
 departs; ``run_in`` runs the follower on after the release; ``belief`` says how likely the release

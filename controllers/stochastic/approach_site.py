@@ -31,7 +31,7 @@ SPEED_CELLS_PER_MPS = 10.0
 """How finely accelerations are tabulated. [s/m]"""
 
 
-class Approach(NamedTuple):
+class PlatformWay(NamedTuple):
     """A way to a platform and the train on it; plain numbers and arrays."""
 
     limit_m: float
@@ -63,10 +63,10 @@ class Approach(NamedTuple):
     """What work of the electric brake gives back, by mass. [kWh per m2/s2]"""
 
 
-class Site(NamedTuple):
+class PlatformSite(NamedTuple):
     """What a follower may do on its approach to a platform, and behind its leader into it."""
 
-    approach: Approach
+    approach: PlatformWay
     stop_m: float
     """Where it stops in the platform. [m]"""
     permitted_v2: FloatArray
@@ -79,7 +79,7 @@ class Site(NamedTuple):
 
 def approach_site(
     world: World, foresight: Foresight, row: int, calls: tuple[int, int, int]
-) -> Site | None:
+) -> PlatformSite | None:
     """
     Lay out the site of a train behind its leader.
 
@@ -96,7 +96,7 @@ def approach_site(
 
     Returns
     -------
-    Site | None
+    PlatformSite | None
         The site; None where the platform is nobody's to wait for: the limit is not ahead of the
         follower's stop before, or not short of its next one.
     """
@@ -124,18 +124,20 @@ def approach_site(
         ]
     )
     drag_mps2 = np.interp(places_m, profile.grid_m, profile.drag_mps2[kind])
-    return Site(_approach(world, kind, (limit_m, places_m), drag_mps2), stop_m, permitted_v2)
+    return PlatformSite(
+        _approach(world, kind, (limit_m, places_m), drag_mps2), stop_m, permitted_v2
+    )
 
 
 def _approach(
     world: World, kind: int, ways_m: tuple[float, FloatArray], drag_mps2: FloatArray
-) -> Approach:
+) -> PlatformWay:
     limit_m, places_m = ways_m
     train, supply = world.driven_types[kind], world.train_types[kind].supply
     mass_kg = train.inertial_mass_kg
     fastest_mps = max(other.maximum_speed_mps for other in world.train_types)
     speeds_mps = np.arange(0.0, fastest_mps + 2.0, 1.0 / SPEED_CELLS_PER_MPS)
-    return Approach(
+    return PlatformWay(
         limit_m=limit_m,
         from_m=float(places_m[0]),
         place_m=float(places_m[1] - places_m[0]),

@@ -3,7 +3,7 @@
 import numpy as np
 
 from kankaku.controllers.forecast import Booked, Called, departures_s
-from kankaku.controllers.stochastic.approach_site import Approach
+from kankaku.controllers.stochastic.approach_site import PlatformWay
 from kankaku.controllers.stochastic.belief import LEVELS
 from kankaku.controllers.stochastic.run_in import Costs, drag_at_mps2
 from kankaku.controllers.stochastic.site_tables import NO_SITE, Stack, approach_of
@@ -102,7 +102,7 @@ def _level(scale: float) -> tuple[int, float]:
 
 @compiled
 def _during(
-    site: tuple[Approach, int, Stack],
+    site: tuple[PlatformWay, int, Stack],
     motion: tuple[float, float],
     stay: tuple[float, float],
     costs: Costs,
@@ -133,7 +133,7 @@ def _during(
 
 @compiled
 def _before(
-    site: tuple[Approach, int, Stack],
+    site: tuple[PlatformWay, int, Stack],
     motion: tuple[float, float],
     wait: tuple[float, float, float, bool],
     costs: Costs,

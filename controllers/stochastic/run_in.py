@@ -11,8 +11,8 @@ from typing import NamedTuple
 from kankaku.controllers.stochastic.approach_site import (
     MOMENT_S,
     SPEED_CELLS_PER_MPS,
-    Approach,
-    Site,
+    PlatformSite,
+    PlatformWay,
 )
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import Plain, compiled, interpolated
@@ -39,26 +39,26 @@ class Costs(NamedTuple):
 
 
 @compiled
-def site_of(fields: Plain) -> Site:
+def site_of(fields: Plain) -> PlatformSite:
     """
     Return a site with its names.
 
     Parameters
     ----------
     fields
-        Of :class:`~kankaku.controllers.stochastic.approach_site.Site`, plain.
+        Of :class:`~kankaku.controllers.stochastic.approach_site.PlatformSite`, plain.
 
     Returns
     -------
-    Site
+    PlatformSite
         The same.
     """
     approach, stop_m, permitted_v2 = fields
-    return Site(Approach(*approach), stop_m, permitted_v2)
+    return PlatformSite(PlatformWay(*approach), stop_m, permitted_v2)
 
 
 @compiled
-def permitted_v2_at(site: Site, moment: int, place: float) -> float:
+def permitted_v2_at(site: PlatformSite, moment: int, place: float) -> float:
     """
     Return the square of the speed permitted at a place.
 
@@ -83,7 +83,7 @@ def permitted_v2_at(site: Site, moment: int, place: float) -> float:
 
 
 @compiled
-def drag_at_mps2(approach: Approach, place: float) -> float:
+def drag_at_mps2(approach: PlatformWay, place: float) -> float:
     """
     Return what gradient and curves take at a place.
 
@@ -126,7 +126,7 @@ def by_speed(table: FloatArray, speed_mps: float) -> float:
 
 @compiled
 def energy_kwh(
-    approach: Approach, speeds_mps: tuple[float, float], drag_mps2: float, lasts_s: float
+    approach: PlatformWay, speeds_mps: tuple[float, float], drag_mps2: float, lasts_s: float
 ) -> float:
     """
     Return the net energy of a piece of a run.
@@ -159,7 +159,7 @@ def energy_kwh(
 
 @compiled
 def run_in(
-    site: Site, motion: tuple[float, float], cap_mps: float, costs: Costs, bound_s: float
+    site: PlatformSite, motion: tuple[float, float], cap_mps: float, costs: Costs, bound_s: float
 ) -> tuple[float, float, float]:
     """
     Run a follower in after the release of its leader.
@@ -207,7 +207,7 @@ def run_in(
 
 @compiled
 def best_cap(
-    site: Site, motion: tuple[float, float], caps_mps: FloatArray, costs: Costs
+    site: PlatformSite, motion: tuple[float, float], caps_mps: FloatArray, costs: Costs
 ) -> tuple[float, float]:
     """
     Return the cheapest of some speed caps to run in under.

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.stochastic.approach_site import Approach, Site
+from kankaku.controllers.stochastic.approach_site import PlatformSite, PlatformWay
 from kankaku.controllers.stochastic.belief import Belief
 from kankaku.controllers.stochastic.run_in import Costs
 from kankaku.controllers.stochastic.waiting import Tables, make_tables
@@ -18,7 +18,7 @@ MOST_MADE = 64
 """Sites whose tables a process keeps from run to run."""
 _MADE: dict[bytes, Tables] = {}
 ARRAYS = ("drag_mps2", "pull_mps2", "coast_mps2")
-NUMBERS = tuple(name for name in Approach._fields if name not in ARRAYS)
+NUMBERS = tuple(name for name in PlatformWay._fields if name not in ARRAYS)
 
 
 class Stack(NamedTuple):
@@ -41,12 +41,12 @@ class SiteTables:
 
     def __init__(self) -> None:
         self._numbers: dict[tuple[object, ...], int] = {}
-        self.sites: list[Site] = []
+        self.sites: list[PlatformSite] = []
         self.stack: Plain = ()
         """Of :class:`Stack`, plain; empty before the first site."""
 
     def number(
-        self, key: tuple[object, ...], make: Callable[[], tuple[Site, Tables] | None]
+        self, key: tuple[object, ...], make: Callable[[], tuple[PlatformSite, Tables] | None]
     ) -> int:
         """
         Return the number of a site.
@@ -70,7 +70,7 @@ class SiteTables:
                 self._add(*made)
         return self._numbers[key]
 
-    def _add(self, site: Site, tables: Tables) -> None:
+    def _add(self, site: PlatformSite, tables: Tables) -> None:
         approach = site.approach
         numbers = np.array([getattr(approach, name) for name in NUMBERS])
         row = (numbers, *(getattr(approach, name) for name in ARRAYS), *tables)
@@ -82,7 +82,7 @@ class SiteTables:
 
 
 def tables_of(
-    site: Site, belief: Belief, scale: float, costs: Costs, sizes: tuple[FloatArray, int]
+    site: PlatformSite, belief: Belief, scale: float, costs: Costs, sizes: tuple[FloatArray, int]
 ) -> Tables:
     """
     Return the tables of a site; see :func:`~kankaku.controllers.stochastic.waiting.make_tables`.
@@ -119,7 +119,7 @@ def tables_of(
 
 
 @compiled
-def approach_of(stack: Stack, number: int) -> Approach:
+def approach_of(stack: Stack, number: int) -> PlatformWay:
     """
     Return the approach of a site.
 
@@ -132,11 +132,11 @@ def approach_of(stack: Stack, number: int) -> Approach:
 
     Returns
     -------
-    Approach
+    PlatformWay
         With its names.
     """
     numbers = stack.numbers[number]
-    return Approach(
+    return PlatformWay(
         numbers[0],
         numbers[1],
         numbers[2],

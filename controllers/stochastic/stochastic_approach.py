@@ -18,9 +18,10 @@ from kankaku.controllers.forecast import (
 )
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.controllers.stochastic.approach_options import StochasticApproachOptions
-from kankaku.controllers.stochastic.approach_site import Site, approach_site
+from kankaku.controllers.stochastic.approach_site import PlatformSite, approach_site
 from kankaku.controllers.stochastic.belief import LEVELS, WORTH_CALLS, Belief
 from kankaku.controllers.stochastic.choice import choose
+from kankaku.controllers.stochastic.merging import NOWHERE_M, points_left_m, starting, stays
 from kankaku.controllers.stochastic.run_in import Costs, run_in_cap_mps
 from kankaku.controllers.stochastic.site_tables import NO_SITE, SiteTables, tables_of
 from kankaku.controllers.stochastic.waiting import Tables, times_of
@@ -39,7 +40,7 @@ from kankaku.railway.step.state import (
     Whereabouts,
 )
 
-APPROACH, RUN_IN, QUEUE = 0, 1, 2
+APPROACH, RUN_IN, QUEUE, MERGE = 0, 1, 2, 3
 DECIDE_S = 1.0
 """So often accelerations are chosen. [s]"""
 CAPS_MPS = np.append(NO_CEILING_MPS, np.arange(26.0, 3.0, -2.0))
@@ -47,14 +48,14 @@ CAPS_MPS = np.append(NO_CEILING_MPS, np.arange(26.0, 3.0, -2.0))
 ROUNDING_S = 1e-6
 
 
-class ApproachPlans(NamedTuple):
+class ReleasePlans(NamedTuple):
     """What is remembered from step to step; arrays of shape (n_trains,)."""
 
     calls_version: int
     called: Plain
     """Of :class:`~kankaku.controllers.forecast.Called`, as of that version."""
-    site: IntArray
-    """The site that each train approaches; ``NO_SITE`` for none."""
+    approaches: tuple[tuple[int, int, int] | None, ...]
+    """Next call of each train that approaches a platform, its leader, and that one's call."""
     cap_mps: FloatArray
     """Speed held after the leader's release, until the stop. [m/s]"""
     scale: FloatArray
@@ -63,6 +64,10 @@ class ApproachPlans(NamedTuple):
     """Speed when it was decided last [m/s] ..."""
     rate_mps2: FloatArray
     """... and the acceleration that was chosen; infinite for no plan. [m/s2]"""
+    points_left_m: FloatArray
+    """From :func:`~kankaku.controllers.stochastic.merging.points_left_m`. [m]"""
+    stays: BoolArray
+    """Who stays at its platform until another one has gone first."""
     decided_s: float
     score: FloatArray
     """Normal score of the last delay of each trip; 0 before the first. [-]"""
@@ -75,7 +80,7 @@ class ApproachPlans(NamedTuple):
 class StochasticApproach:
     """Stochastic approach over any protection."""
 
-    reasons = ("approach", "run_in", "queue")
+    reasons = ("approach", "run_in", "queue", "merge")
 
     def __init__(
         self, world: World, options: StochasticApproachOptions, foresight: Foresight
@@ -100,19 +105,25 @@ class StochasticApproach:
         self._factor = _delay_factors(world)
         self._times = times_of(self._belief, float(self._factor.max()))
         self._tables = SiteTables()
-        self._no_longer_s = np.zeros(world.size)
+        self._starting, self._rows = plain(starting(world)), np.arange(world.size)
+        self._no_plan = np.full(world.size, np.inf)
+        nowhere: tuple[tuple[int, int, int] | None, ...] = ()
+        # Of the approaches that steps asked for last: the memory knows nothing of the stack.
+        self._numbered = nowhere, np.zeros(0, dtype=np.intp)
 
-    def initial(self) -> ApproachPlans:
+    def initial(self) -> ReleasePlans:
         """Return the memory before the first step: no train approaches anything."""
         size = self._world.size
-        return ApproachPlans(
+        return ReleasePlans(
             calls_version=NO_VERSION,
             called=(),
-            site=np.full(size, NO_SITE, dtype=np.intp),
+            approaches=(None,) * size,
             cap_mps=np.full(size, NO_CEILING_MPS),
             scale=np.ones(size),
             planned_mps=np.zeros(size),
             rate_mps2=np.full(size, np.inf),
+            points_left_m=np.full(size, NOWHERE_M),
+            stays=np.zeros(size, dtype=np.bool_),
             decided_s=-np.inf,
             score=np.zeros(size),
             seen_s=0.0,
@@ -120,80 +131,83 @@ class StochasticApproach:
         )
 
     def advise(
-        self, state: LineState, authority: Authority, memory: ApproachPlans
-    ) -> tuple[Advice, ApproachPlans]:
+        self, state: LineState, authority: Authority, memory: ReleasePlans
+    ) -> tuple[Advice, ReleasePlans]:
         """Return the advice for every train."""
         changed = state.calls_version != memory.calls_version or bool(state.events)
         if changed:
             memory = self._with_events(state, memory)
-        if self._tables.stack and (
-            changed or state.time_s >= memory.decided_s + DECIDE_S - ROUNDING_S
-        ):
-            memory = self._decide(state, memory)
+        if changed or state.time_s >= memory.decided_s + DECIDE_S - ROUNDING_S:
+            memory = self._decide(state, authority, memory)
         ceiling_mps, reason, cause = _ceilings(
             state.whereabouts,
             (authority.eoa_m, authority.eoa_by),
             (state.stop_m, state.leader, state.follows, state.running),
-            (memory.cap_mps, memory.planned_mps, memory.rate_mps2),
+            (memory.cap_mps, memory.planned_mps, memory.rate_mps2, memory.stays),
             (*self._rates, state.time_s - memory.decided_s),
         )
         return Advice(ceiling_mps, reason, cause), memory
 
-    def _decide(self, state: LineState, memory: ApproachPlans) -> ApproachPlans:
-        rate_mps2 = choose(
-            state.time_s,
-            state.whereabouts,
-            (memory.called, self._known),
-            (memory.site, memory.scale, self._certain),
-            (self._tables.stack, self._costs),
-        )
+    def _decide(self, state: LineState, authority: Authority, memory: ReleasePlans) -> ReleasePlans:
+        sites = self._site_numbers(memory.approaches)
+        rate_mps2 = self._no_plan
+        if self._tables.stack:
+            rate_mps2 = choose(
+                state.time_s,
+                state.whereabouts,
+                (memory.called, self._known),
+                (sites, memory.scale, self._certain),
+                (self._tables.stack, self._costs),
+            )
+        stay = memory.stays
+        if np.isfinite(memory.points_left_m).any() or stay.any():
+            last = np.maximum(state.next_call - 1, 0)
+            from_m = self._world.stop_m[self._rows, last]
+            ends_m = from_m, authority.eoa_m, memory.points_left_m
+            known = memory.called, self._known
+            stay = stays(state.whereabouts, known, ends_m, self._starting)
         return memory._replace(
-            planned_mps=state.speed_mps, rate_mps2=rate_mps2, decided_s=state.time_s
+            planned_mps=state.speed_mps, rate_mps2=rate_mps2, stays=stay, decided_s=state.time_s
         )
 
-    def _with_events(self, state: LineState, memory: ApproachPlans) -> ApproachPlans:
+    def _with_events(self, state: LineState, memory: ReleasePlans) -> ReleasePlans:
         """Learn from releases, run in after them, and find who approaches what."""
         waits = waits_for_leader(self._world, state)
         called = plain(Called(state.leader, waits, state.next_call, state.stop_m, state.arrival_s))
         if self._learns and not self._certain:
             memory = self._learn(state, memory)
         cap_mps = self._caps_mps(state, memory)
-        site, scale = memory.site.copy(), memory.scale.copy()
-        factor = self._run_factor(memory)
-        for row in range(self._world.size):
-            site[row] = NO_SITE
-            if waits[row] and state.running[row]:
-                leader = int(state.leader[row])
-                leaders_call = int(state.next_call[leader])
-                calls = int(state.next_call[row]), leader, leaders_call
-                site[row] = self._site_number(row, calls)
-                after = self._belief.after_score(float(memory.score[leader]))
-                scale[row] = np.clip(factor * after, LEVELS[0], LEVELS[-1])
+        scale, factor = memory.scale.copy(), self._run_factor(memory)
+        approaches: list[tuple[int, int, int] | None] = [None] * self._world.size
+        for row in np.flatnonzero(waits & state.running).tolist():
+            leader = int(state.leader[row])
+            approaches[row] = int(state.next_call[row]), leader, int(state.next_call[leader])
+            after = self._belief.after_score(float(memory.score[leader]))
+            scale[row] = min(max(factor * after, LEVELS[0]), LEVELS[-1])
         return memory._replace(
             calls_version=state.calls_version,
             called=called,
-            site=site,
+            approaches=tuple(approaches),
             scale=scale,
             cap_mps=cap_mps,
+            points_left_m=points_left_m(self._world, state),
         )
 
-    def _caps_mps(self, state: LineState, memory: ApproachPlans) -> FloatArray:
+    def _caps_mps(self, state: LineState, memory: ReleasePlans) -> FloatArray:
         """Choose how fast to run in behind the trains that were released now."""
-        events = state.events
-        cap_mps = memory.cap_mps.copy()
-        cap_mps[~state.running] = NO_CEILING_MPS
-        for gone in (*events.released, *events.left):
-            for row in np.flatnonzero((memory.site != NO_SITE) & state.running).tolist():
-                if Called(*memory.called).leader[row] != gone:
-                    continue
-                site = self._tables.sites[memory.site[row]]
-                motion = float(state.front_m[row]), float(state.speed_mps[row])
-                if motion[0] < site.approach.limit_m - 1500.0:
-                    continue
-                cap_mps[row] = run_in_cap_mps(plain(site), motion, CAPS_MPS, self._costs)
+        gone = {*state.events.released, *state.events.left}
+        cap_mps = np.where(state.running, memory.cap_mps, NO_CEILING_MPS)
+        for row, approached in enumerate(memory.approaches) if gone else ():
+            if approached is None or approached[1] not in gone or not state.running[row]:
+                continue
+            number = self._site_number(row, approached)
+            front_m, speed_mps = float(state.front_m[row]), float(state.speed_mps[row])
+            if number != NO_SITE and front_m >= self._tables.sites[number].approach.from_m:
+                site, motion = plain(self._tables.sites[number]), (front_m, speed_mps)
+                cap_mps[row] = run_in_cap_mps(site, motion, CAPS_MPS, self._costs)
         return cap_mps
 
-    def _learn(self, state: LineState, memory: ApproachPlans) -> ApproachPlans:
+    def _learn(self, state: LineState, memory: ReleasePlans) -> ReleasePlans:
         """Take note of the delays of trains that are released."""
         world, score = self._world, memory.score
         seen_s, awaited_s = memory.seen_s, memory.awaited_s
@@ -211,12 +225,21 @@ class StochasticApproach:
             seen_s, awaited_s = seen_s + delay_s, awaited_s + factor * self._belief.mean_s
         return memory._replace(score=score, seen_s=seen_s, awaited_s=awaited_s)
 
-    def _run_factor(self, memory: ApproachPlans) -> float:
+    def _run_factor(self, memory: ReleasePlans) -> float:
         """Return by what factor this run's delays are longer than expected, as far as seen."""
         known_s = WORTH_CALLS * self._belief.mean_s
         if known_s <= 0.0:
             return 1.0
         return (known_s + memory.seen_s) / (known_s + memory.awaited_s)
+
+    def _site_numbers(self, approaches: tuple[tuple[int, int, int] | None, ...]) -> IntArray:
+        if approaches is not self._numbered[0]:
+            numbers = [
+                NO_SITE if calls is None else self._site_number(row, calls)
+                for row, calls in enumerate(approaches)
+            ]
+            self._numbered = approaches, np.array(numbers, dtype=np.intp)
+        return self._numbered[1]
 
     def _site_number(self, row: int, calls: tuple[int, int, int]) -> int:
         world, (call, leader, leaders_call) = self._world, calls
@@ -230,7 +253,7 @@ class StochasticApproach:
 
     def _made(
         self, row: int, calls: tuple[int, int, int], factor: float
-    ) -> tuple[Site, Tables] | None:
+    ) -> tuple[PlatformSite, Tables] | None:
         site = approach_site(self._world, self._foresight, row, calls)
         if site is None:
             return None
@@ -257,18 +280,21 @@ def _ceilings(
     whereabouts: Plain,
     ends: tuple[FloatArray, IntArray],
     ahead: tuple[FloatArray, IntArray, BoolArray, BoolArray],
-    plans: tuple[FloatArray, FloatArray, FloatArray],
+    plans: tuple[FloatArray, FloatArray, FloatArray, BoolArray],
     rates: tuple[float, float, float, float],
 ) -> tuple[FloatArray, IntArray, IntArray]:
     """Return ceilings, why, and for what."""
     trains, (eoa_m, eoa_by) = Whereabouts(*whereabouts), ends
     stop_m, leader, follows, running = ahead
-    cap_mps, planned_mps, rate_mps2 = plans
+    cap_mps, planned_mps, rate_mps2, stay = plans
     acceleration_mps2, brake_mps2, step_s, since_s = rates
     ceiling_mps = np.full(stop_m.size, NO_CEILING_MPS)
     reason, cause = np.full(stop_m.size, NO_REASON), leader.copy()
     for train in range(stop_m.size):
         if not running[train]:
+            continue
+        if stay[train]:
+            ceiling_mps[train], reason[train] = 0.0, MERGE
             continue
         if cap_mps[train] < NO_CEILING_MPS:
             ceiling_mps[train], reason[train] = cap_mps[train], RUN_IN

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.stochastic.approach_site import Approach, Site
+from kankaku.controllers.stochastic.approach_site import PlatformSite, PlatformWay
 from kankaku.controllers.stochastic.belief import LEVELS, Belief
 from kankaku.controllers.stochastic.run_in import (
     SLOW_MPS,
@@ -68,7 +68,7 @@ class Tables(NamedTuple):
     """By level and seconds of slack: how much longer than that the leader stays in the mean. [s]"""
 
 
-class Grid(NamedTuple):
+class Outcomes(NamedTuple):
     """Where an acceleration leads from every node, (DISTANCES, SHARES, ACTIONS)."""
 
     place: FloatArray
@@ -79,7 +79,7 @@ class Grid(NamedTuple):
 
 
 def make_tables(
-    site: Site, belief: Belief, scale: float, costs: Costs, sizes: tuple[FloatArray, int]
+    site: PlatformSite, belief: Belief, scale: float, costs: Costs, sizes: tuple[FloatArray, int]
 ) -> Tables:
     """
     Make the tables of a site.
@@ -105,7 +105,7 @@ def make_tables(
     (caps_mps, times), fields = sizes, plain(site)
     top_mps = _tops_mps(fields)
     after = _after(fields, top_mps, caps_mps, plain(costs))
-    grid = plain(Grid(*_grid(plain(site.approach), top_mps, plain(costs))))
+    grid = plain(Outcomes(*_grid(plain(site.approach), top_mps, plain(costs))))
     hazards = np.array([belief.hazards(scale * level, LOOK_S, times) for level in LEVELS])
     during = _during(grid, after, hazards)
     none = np.array([belief.none(scale * level) for level in LEVELS])[:, None, None]
@@ -138,7 +138,7 @@ def times_of(belief: Belief, greatest_scale: float) -> int:
 
 
 @compiled
-def distance_cell(approach: Approach, distance_m: float) -> float:
+def distance_cell(approach: PlatformWay, distance_m: float) -> float:
     """
     Return the cell of a distance to the limit: the nearer, the finer.
 
@@ -204,7 +204,7 @@ def top_at_mps(top_mps: FloatArray, place: float) -> float:
 
 
 @compiled
-def rate_mps2(approach: Approach, action: int, speed_mps: float, drag_mps2: float) -> float:
+def rate_mps2(approach: PlatformWay, action: int, speed_mps: float, drag_mps2: float) -> float:
     """
     Return the acceleration that an action stands for.
 
@@ -240,7 +240,11 @@ def rate_mps2(approach: Approach, action: int, speed_mps: float, drag_mps2: floa
 
 @compiled
 def look_ahead(
-    approach: Approach, top_mps: FloatArray, motion: tuple[float, float], action: int, costs: Costs
+    approach: PlatformWay,
+    top_mps: FloatArray,
+    motion: tuple[float, float],
+    action: int,
+    costs: Costs,
 ) -> tuple[float, float, float, float]:
     """
     Return where an action leads in a look ahead, and what that costs.
@@ -282,7 +286,7 @@ def look_ahead(
 
 
 @compiled
-def distance_m_at(approach: Approach, row: int) -> float:
+def distance_m_at(approach: PlatformWay, row: int) -> float:
     """
     Return the distance to the limit of a cell.
 
@@ -328,7 +332,7 @@ def _after(
 def _grid(
     approach_fields: Plain, top_mps: FloatArray, costs_fields: Plain
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    approach, costs = Approach(*approach_fields), Costs(*costs_fields)
+    approach, costs = PlatformWay(*approach_fields), Costs(*costs_fields)
     place = np.zeros((DISTANCES, SHARES, ACTIONS))
     share, cost_s = np.zeros_like(place), np.zeros_like(place)
     for row in range(DISTANCES):
@@ -343,7 +347,7 @@ def _grid(
 
 
 @compiled
-def _step_back(grid: Grid, to_come: FloatArray) -> FloatArray:
+def _step_back(grid: Outcomes, to_come: FloatArray) -> FloatArray:
     """Return the least costs a look ahead earlier, by those to come then."""
     now = np.empty_like(to_come)
     for row in range(DISTANCES):
@@ -360,7 +364,7 @@ def _step_back(grid: Grid, to_come: FloatArray) -> FloatArray:
 @compiled
 def _during(grid_fields: Plain, after: FloatArray, hazards: FloatArray) -> FloatArray:
     """Costs by level and time; the last time stands for all later ones."""
-    grid, (levels, times) = Grid(*grid_fields), hazards.shape
+    grid, (levels, times) = Outcomes(*grid_fields), hazards.shape
     costs = np.zeros((levels, times, DISTANCES, SHARES))
     for level in range(levels):
         later, last = after, hazards[level, times - 1]
@@ -376,7 +380,7 @@ def _during(grid_fields: Plain, after: FloatArray, hazards: FloatArray) -> Float
 @compiled
 def _before(grid_fields: Plain, ends: FloatArray, times: int) -> FloatArray:
     """Costs by what comes at the earliest departure, and time to it."""
-    grid = Grid(*grid_fields)
+    grid = Outcomes(*grid_fields)
     costs = np.zeros((ends.shape[0], times + 1, DISTANCES, SHARES))
     for end in range(ends.shape[0]):
         later = ends[end]

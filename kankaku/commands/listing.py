@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import changed_options
+from kankaku.controllers.eco_layer.eco_margin import SUMMARY, WORD
 from kankaku.controllers.layers import PluginError, Registry
 from kankaku.railway.plan.scenario import UNSUPERVISED, ControllerSpec
 
@@ -20,7 +21,7 @@ class Listing(NamedTuple):
 
 def known_controllers() -> tuple[Listing, ...]:
     """
-    Return the protections, operations, supervisions and peers that a scenario can name.
+    Return protections, operations, supervisions, other layers and peers that one can name.
 
     Returns
     -------
@@ -33,7 +34,16 @@ def known_controllers() -> tuple[Listing, ...]:
         _listing("Supervision (what it decides at platforms)", registry.SUPERVISIONS),
     )
     peers = tuple((name, peer.summary) for name, peer in registry.PEERS.items())
-    return *layers, Listing("Peer (drives the trains itself)", ("name", "what it does"), peers)
+    energy = Listing(
+        "Energy layer (around any operation, by keys of the controller)",
+        ("name", "what it does", "keys"),
+        ((WORD, SUMMARY, "eco_margin_s = a number\neco_reserve = false"),),
+    )
+    return (
+        *layers,
+        energy,
+        Listing("Peer (drives the trains itself)", ("name", "what it does"), peers),
+    )
 
 
 def _listing(title: str, layers: Registry) -> Listing:
@@ -85,12 +95,14 @@ def controllers_of(title: str, specs: Sequence[ControllerSpec]) -> Listing:
 
 def _row(spec: ControllerSpec) -> tuple[str, ...]:
     layers = (f"peer {spec.peer}", "-") if spec.peer else (spec.protection, spec.operation)
-    options: dict[str, object] = {}
-    if spec.supervision != UNSUPERVISED:
-        options["supervision"] = spec.supervision
-    options |= changed_options(spec)
-    if spec.radio:
-        options["radio"] = True
+    supervision = "" if spec.supervision == UNSUPERVISED else spec.supervision
+    beside: dict[str, object] = {
+        "supervision": supervision,
+        "radio": spec.radio,
+        "eco_margin_s": spec.eco_margin_s,
+        "eco_reserve": spec.eco_reserve,
+    }
+    options = {**changed_options(spec), **{key: it for key, it in beside.items() if it}}
     return spec.name, *layers, _lines(options.items()), "yes" if spec.by_default else "no"
 
 

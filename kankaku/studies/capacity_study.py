@@ -42,8 +42,8 @@ from kankaku.store import failed_runs
 from kankaku.store.holding import held
 from kankaku.studies.provenance import provenance_of
 from kankaku.studies.registered_layers import Registered, registered
-from kankaku.studies.study import Study, StudyError, StudyResult, world_of
-from kankaku.studies.two_trains import foresight_of, simulated_headway_s
+from kankaku.studies.study import Study, StudyError, StudyResult, foresight_of, world_of
+from kankaku.studies.two_trains import simulated_headway_s
 from kankaku.workers import Done, Failure, attempt, performed
 
 GRID_M = 50.0

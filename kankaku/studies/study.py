@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from kankaku.analysis.publish.study_publishing import STUDY_RESULTS
 from kankaku.analysis.results import refuse_foreign
@@ -29,7 +29,7 @@ from kankaku.railway.places import CACHE, chosen_cache, refuse_unwritable, tempo
 from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World, build_world
-from kankaku.railway.step.control import Controller
+from kankaku.railway.step.control import Controller, Foresight
 from kankaku.railway.step.records import RunRecord
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.shipped import folder_of
@@ -64,6 +64,7 @@ __all__ = [
     "StudyResult",
     "Task",
     "choose",
+    "foresight_of",
     "run_once",
     "run_study",
     "world_of",
@@ -94,6 +95,23 @@ def world_of(scenario: Scenario, step_s: float) -> World:
         scenario.driving,
         scenario.dwell_delays,
     )
+
+
+def foresight_of(controller: Controller) -> Foresight:
+    """
+    Return what a controller's protection says beforehand.
+
+    Parameters
+    ----------
+    controller
+        Built, so that its operation plans with the same foresight.
+
+    Returns
+    -------
+    Foresight
+        Its protection.
+    """
+    return cast("Foresight", controller.protection)
 
 
 def run_once(  # noqa: PLR0913 - one argument per part of a run
@@ -146,7 +164,8 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         raise StudyError("; ".join(f"{item.leg.train_type}: {item}" for item in weak))
     world = world_of(scenario, step_s).driven_as(spec.driving)
     delays_s = scenario.dwell_delays.draw(scenario.timetable, seed)
-    controller = _wrapped(registry.build(spec, world, scenario.radio, delays_s), wrap)
+    bare = registry.build(spec, world, scenario.radio, delays_s)
+    controller = _wrapped(bare, wrap)
     peer = registry.PEERS[spec.peer] if spec.peer else None
     write = partial(build_native, moving_block=peer.moving_block) if peer else build
     commanded = NetworkEngine if scenario.line.network else SumoEngine
@@ -171,7 +190,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         # After a collision an engine may even fail to end.
         if record is None or not record.failure:
             raise
-    return record
+    return record if peer else replace(record, foresight=foresight_of(bare))
 
 
 def _wrapped(bare: Controller, wrap: Callable[[str, Any], Any]) -> Controller:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 
@@ -13,9 +12,8 @@ from kankaku.railway.plan.disruptions import UNDISTURBED
 from kankaku.railway.plan.dwell import DwellDelays
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.timetable import Call, Timetable
-from kankaku.railway.step.control import Controller, Foresight
 from kankaku.railway.step.records import RunRecord
-from kankaku.studies.study import Study, StudyError, run_once, world_of
+from kankaku.studies.study import Study, StudyError, foresight_of, run_once, world_of
 
 RESOLUTION_S = 0.1
 """How exactly a headway is found. [s]"""
@@ -28,23 +26,6 @@ FIRST_STRIDE = 4
 """How far from the guess the search looks next, in units of the resolution."""
 MOST_S = 3600.0
 """No headway is looked for beyond. [s]"""
-
-
-def foresight_of(controller: Controller) -> Foresight:
-    """
-    Return what a controller's protection says beforehand.
-
-    Parameters
-    ----------
-    controller
-        Built, so that its operation plans with the same foresight.
-
-    Returns
-    -------
-    Foresight
-        Its protection.
-    """
-    return cast("Foresight", controller.protection)
 
 
 def simulated_headway_s(

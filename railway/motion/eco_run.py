@@ -112,7 +112,38 @@ def eco_run(  # noqa: PLR0913 - one argument per figure of a run
     return eco(way, run_time_s)
 
 
-def eco(way: Way, run_time_s: float, *, least_slack_s: float = 0.0) -> EcoRun:
+def shortest_s(way: Way) -> float:
+    """
+    Return the time of the fastest run along a way, in the cells in which :func:`eco` counts.
+
+    Parameters
+    ----------
+    way
+        The way.
+
+    Returns
+    -------
+    float
+        The time. [s]
+
+    Raises
+    ------
+    StallError
+        If a gradient is too steep to climb.
+    """
+    run_time_s = extremal(way, PRICES_WPKG[1]).run_time_s
+    if not np.isfinite(run_time_s):
+        raise stall_on(way)
+    return run_time_s
+
+
+def eco(
+    way: Way,
+    run_time_s: float,
+    *,
+    least_slack_s: float = 0.0,
+    tolerance_s: float = TIME_TOLERANCE_S,
+) -> EcoRun:
     """
     Return the run of least net electrical energy along a way.
 
@@ -124,11 +155,13 @@ def eco(way: Way, run_time_s: float, *, least_slack_s: float = 0.0) -> EcoRun:
         The time. [s]
     least_slack_s
         Time that has to be left over the fastest run. [s]
+    tolerance_s
+        How exactly the time is met. [s]
 
     Returns
     -------
     EcoRun
-        The run, which takes that time within ``TIME_TOLERANCE_S``.
+        The run, which takes that time within the tolerance.
 
     Raises
     ------
@@ -144,15 +177,15 @@ def eco(way: Way, run_time_s: float, *, least_slack_s: float = 0.0) -> EcoRun:
     quickest = extremal(way, PRICES_WPKG[1])
     if not np.isfinite(quickest.run_time_s):
         raise stall_on(way)
-    shortest_s = quickest.run_time_s
-    if run_time_s < shortest_s + least_slack_s - TIME_TOLERANCE_S:
-        message = f"a run of {run_time_s:.2f} s is not possible: the fastest takes {shortest_s:.2f}"
+    fastest_s = quickest.run_time_s
+    if run_time_s < fastest_s + least_slack_s - tolerance_s:
+        message = f"a run of {run_time_s:.2f} s is not possible: the fastest takes {fastest_s:.2f}"
         raise RunTimeError(message)
-    if run_time_s <= shortest_s + TIME_TOLERANCE_S:
+    if run_time_s <= fastest_s + tolerance_s:
         return _eco_run(way, quickest)
     floor = climbing_floor(way, quickest.energy_m2ps2)
-    found = _priced(way, floor, quickest, run_time_s)
-    if found.run_time_s < run_time_s - TIME_TOLERANCE_S:
+    found = _priced(way, floor, quickest, run_time_s, tolerance_s)
+    if found.run_time_s < run_time_s - tolerance_s:
         found = _held_back(way, floor, found, run_time_s)
     return _eco_run(way, found)
 
@@ -203,7 +236,9 @@ def _raise_to_climb(  # noqa: PLR0917 - compiled functions take plain arrays
     return time_s
 
 
-def _priced(way: Way, floor: FloatArray, quickest: Extremal, run_time_s: float) -> Extremal:
+def _priced(
+    way: Way, floor: FloatArray, quickest: Extremal, run_time_s: float, tolerance_s: float
+) -> Extremal:
     """Return the run at the price that gives a run time, or the slowest one that is faster."""
     best, slack_s = quickest, run_time_s - quickest.run_time_s
 
@@ -211,9 +246,9 @@ def _priced(way: Way, floor: FloatArray, quickest: Extremal, run_time_s: float) 
         nonlocal best
         run = _kept_climbing(way, floor, extremal(way, float(np.exp(logarithm))))
         late_s = run.run_time_s - run_time_s
-        if best.run_time_s < run.run_time_s <= run_time_s + TIME_TOLERANCE_S:
+        if best.run_time_s < run.run_time_s <= run_time_s + tolerance_s:
             best = run
-        if abs(late_s) <= TIME_TOLERANCE_S:
+        if abs(late_s) <= tolerance_s:
             return 0.0
         # What is added to the shortest time falls about like the inverse of the price.
         return float(np.log(min(max(late_s + slack_s, LEAST_ADDED_S), LONGEST_S) / slack_s))

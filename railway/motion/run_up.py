@@ -144,5 +144,45 @@ def shortest_s(
 
 
 @compiled
+def covers_s(table: RunUpTable, kind: int, run: tuple[float, float, float]) -> float:
+    """
+    Return the shortest time to cover a distance.
+
+    Parameters
+    ----------
+    table
+        The run-ups.
+    kind
+        Which of them.
+    run
+        The distance [m], present speed [m/s], and the speed not to be exceeded [m/s].
+
+    Returns
+    -------
+    float
+        Time. [s]
+    """
+    distance_m, speed, top_mps = run
+    first, last = table.starts[kind], table.starts[kind + 1] - 1
+    here, top = _cell(speed, first, last), _cell(max(top_mps, speed), first, last)
+    from_m, from_s = interpolated(table.distance_m, here), interpolated(table.time_s, here)
+    up_m = interpolated(table.distance_m, top) - from_m
+    if distance_m >= up_m:
+        up_s = interpolated(table.time_s, top) - from_s
+        return float(up_s + (distance_m - up_m) / max(top_mps, speed))
+    low, high = int(here), int(top) + 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if table.distance_m[middle] - from_m <= distance_m:
+            low = middle
+        else:
+            high = middle
+    part = (distance_m + from_m - table.distance_m[low]) / (
+        table.distance_m[high] - table.distance_m[low]
+    )
+    return float(table.time_s[low] + part * (table.time_s[high] - table.time_s[low]) - from_s)
+
+
+@compiled
 def _cell(speed_mps: float, first: int, last: int) -> float:
     return min(first + speed_mps / SPEED_CELL_MPS, last - 1e-6)

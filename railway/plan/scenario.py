@@ -42,6 +42,10 @@ class ControllerSpec:
     """The protection's commands go by radio."""
     driving: DrivingStyle | None = None
     """How its trains are driven, if not as the scenario says."""
+    eco_margin_s: float | None = None
+    """Time that its energy layer may spend on every leg; None for no such layer. [s]"""
+    eco_reserve: bool = False
+    """That layer also spends recovery time."""
     supervision: str = UNSUPERVISED
     """What decides at platforms."""
     supervision_options: Mapping[str, Option] = field(default_factory=dict)

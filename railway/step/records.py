@@ -8,6 +8,7 @@ import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.control import Foresight
 from kankaku.railway.step.obstructions import Obstruction
 
 
@@ -47,6 +48,12 @@ CALLS = (
     Column("primary_delay_s", "float64", "s", "injected dwell beyond the booked slack"),
     Column("unhindered_arrival_s", "float64", "s", "arrival were no other train on the line"),
     Column(
+        "arrival_bound_s",
+        "float64",
+        "s",
+        "no control over this protection arrives sooner; order and driving as they were",
+    ),
+    Column(
         "secondary_delay_s",
         "float64",
         "s",
@@ -59,6 +66,12 @@ CALLS = (
         "float64",
         "s",
         "how long supervision kept the train at its platform after its stop, doors closed",
+    ),
+    Column(
+        "closed_doors_s",
+        "float64",
+        "s",
+        "how long the train stood at its platform after its stop, whoever kept it; 1 s or more",
     ),
 )
 TRAJECTORY = (
@@ -90,6 +103,40 @@ INTERSTATION_STOPS = (
     Column("duration_s", "float64", "s", "how long it stood"),
     Column("front_m", "float64", "m", "chainage of the front"),
     Column("next_station", "str", "", "station it was running to"),
+)
+REMAINING_STOPS = (
+    *INTERSTATION_STOPS,
+    Column("cause", "str", "", "train or place for which it stood when it began; empty for none"),
+    Column(
+        "cause_state",
+        "str",
+        "",
+        "at_platform, between_stations (at a stand), running, or beside_track",
+    ),
+    Column("cause_station", "str", "", "where the train in cause stood, or had stopped last"),
+    Column("links", "int64", "", "trains between it and the first cause, the latter included"),
+    Column("first_cause", "str", "", "where the chain of causes ends; cause itself without links"),
+    Column("first_cause_state", "str", "", "of that one, as cause_state"),
+    Column("first_cause_station", "str", "", "of that one, as cause_station"),
+    Column("overstay_s", "float64", "s", "injected dwell of the first cause there, in all"),
+    Column(
+        "overstay_beyond_booked_s", "float64", "s", "what of it the booked dwell did not absorb"
+    ),
+    Column(
+        "overstay_began_s",
+        "float64",
+        "s",
+        "from when on the first cause, booked and ready, would have left",
+    ),
+    Column("departed_s", "float64", "s", "when the train had left its last stop"),
+    Column("slowed_s", "float64", "s", "when it was first slow on this leg for something ahead"),
+    Column(
+        "overstayed_at_departure_s",
+        "float64",
+        "s",
+        "how long the overstay had lasted when the train departed; below 0 it had not begun",
+    ),
+    Column("overstayed_when_slowed_s", "float64", "s", "the same when it was first slow"),
 )
 ENERGY = (
     Column("train", "str", "", "train number"),
@@ -149,6 +196,7 @@ RAW_TABLES: Mapping[str, tuple[Column, ...]] = {
     "calls": CALLS,
     "trajectory": TRAJECTORY,
     "interstation_stops": INTERSTATION_STOPS,
+    "remaining_stops": REMAINING_STOPS,
     "energy": ENERGY,
     "violations": VIOLATIONS,
     "obstructions": OBSTRUCTIONS,
@@ -272,5 +320,7 @@ class RunRecord:
     """Trains that were still under way, or had not entered, when the run ended."""
     end_s: float = np.nan
     """When the run ended; not a number where nobody knows. [s]"""
+    foresight: Foresight | None = None
+    """What its protection says beforehand; None where nobody knows, or a peer drives."""
     held: HoldTimes | None = None
     """How long supervision held trains at platforms; None under a controller without."""

@@ -77,6 +77,9 @@ def controller_mistakes(settings: ScenarioFile, file: str) -> list[Mistake]:
             Mistake(file, f"controllers.{name}.{key}", problem, PAIR_OR_PEER)
             for key, problem in _layer_problems(controller)
         ]
+        if controller.eco_reserve and controller.eco_margin_s is None:
+            key, problem = f"controllers.{name}.eco_reserve", "stands without eco_margin_s"
+            mistakes.append(Mistake(file, key, problem, "both, or eco_margin_s alone"))
     if not any(controller.by_default for controller in settings.controllers.values()):
         problem, allowed = "none runs by default", "one without by_default = false"
         mistakes.append(Mistake(file, "controllers", problem, allowed))
@@ -94,6 +97,8 @@ def _layer_problems(controller: ControllerEntry) -> Iterator[tuple[str, str]]:
             yield from ((name, "stands beside peer") for name in named if getattr(controller, name))
     if controller.peer is not None and controller.radio:
         yield "radio", "stands beside peer"
+    if controller.peer is not None and controller.eco_margin_s is not None:
+        yield "eco_margin_s", "stands beside peer"
 
 
 def driving_mistakes(settings: ScenarioFile, file: str) -> list[Mistake]:

@@ -230,6 +230,8 @@ def _to_controllers(main: schema.ScenarioFile) -> tuple[ControllerSpec, ...]:
             item.by_default,
             item.radio,
             None if item.driving is None else driving_style(main, item.driving),
+            item.eco_margin_s,
+            item.eco_reserve,
             item.supervision or UNSUPERVISED,
             item.supervision_options,
         )

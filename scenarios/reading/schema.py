@@ -56,6 +56,8 @@ class ControllerEntry(Checked):
     radio: bool = False
     by_default: bool = True
     driving: OptionalName = None
+    eco_margin_s: float | None = Field(None, ge=0.001, le=60.0)
+    eco_reserve: bool = False
 
 
 class DwellSettings(Checked):

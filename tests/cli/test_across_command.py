@@ -37,7 +37,7 @@ def test_one_table_has_a_row_for_each_scenario_and_controller(
     assert f"Results: {out / 'across'}" in lines[-1]
     assert {item.name for item in out.iterdir()} == {"across", "metro", "tram"}
     assert {item.name for item in (out / "across").iterdir()} == {
-        *("across.csv", "across.png", "across.svg"),
+        *("across.csv", "across.png", "across.svg", "pareto.png", "pareto.svg"),
         *("columns.csv", "provenance.json", "report.md"),
     }
     again = kankaku("across", *folders, "--out", out, *both, width=80)

@@ -83,8 +83,8 @@ def test_the_controllers_of_a_scenario_are_listed_with_what_differs(tmp_path: Pa
         "plain": ["moving_block", "close_up", "margin_m = 10.0", "yes"],
         "second": ["moving_block", "two_stage", "", "yes"],
         "sumo_native_moving": ["peer sumo_native_moving", "-", "", "no"],
-        "held": ["atd", "eco", "supervision = headway_regulation", "yes"],
-        "": ["", "", "gain = 0.5", ""],
+        "held": ["atd", "eco", "gain = 0.5", "yes"],
+        "": ["", "", "supervision = headway_regulation", ""],
     }
     assert "no such folder" in refused(tmp_path / "nowhere", "--list-controllers")
 

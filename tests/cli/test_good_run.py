@@ -27,6 +27,7 @@ TABLES = {
     "energy.csv",
     "interstation_stops.csv",
     "obstructions.csv",
+    "remaining_stops.csv",
     "run.json",
     "trajectory.parquet",
     "unfinished.csv",

@@ -72,6 +72,22 @@ def test_every_pair_keeps_the_contract(protection: str, operation: str) -> None:
     assert [found.check for found in findings] == [*CHECKS, FUTURE]
 
 
+@pytest.mark.parametrize(
+    ("protection", "operation", "reserve"),
+    [
+        ("moving_block", "two_stage", False),
+        ("digital_atc", "close_up", True),
+    ],
+)
+def test_around_an_operation_the_energy_layer_keeps_the_contract(
+    protection: str, operation: str, reserve: bool
+) -> None:
+    spec = ControllerSpec(
+        "test", protection, operation, {}, {}, eco_margin_s=0.5, eco_reserve=reserve
+    )
+    assert not failures(check_candidate(lambda world: build(spec, world)))
+
+
 @pytest.mark.parametrize("protection", VARIANTS)
 @pytest.mark.parametrize("make", LINES.values(), ids=LINES)
 def test_what_a_protection_says_beforehand_is_what_it_permits(

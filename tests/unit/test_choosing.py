@@ -38,8 +38,7 @@ def test_a_controller_of_the_scenario_goes_by_its_name_and_any_other_by_its_laye
             "atd+echo",
             "'echo' is not a known operation; allowed: 'eco' (did you mean that?) among ",
         ),
-        ("atd+eco+eco", "'eco' is not a known supervision; allowed: none, hold_for_clear_way, "),
-        ("atd+eco+none+none", "'none+none' is not a known supervision"),
+        ("atd+eco+eco", "'eco' is not a known supervision"),
         ("+", "'' is not a known protection"),
     ],
 )
@@ -49,21 +48,6 @@ def test_an_unknown_controller_or_layer_is_answered_with_the_known_ones(
     with pytest.raises(ControllerError, match=r"^--controller: ") as caught:
         named(SPECS, name)
     assert told in str(caught.value)
-
-
-def test_a_supervision_is_named_behind_a_second_plus_and_has_options_of_its_own() -> None:
-    chosen = named(SPECS, "moving_block+close_up+headway_regulation")
-    assert (chosen.operation, chosen.supervision) == ("close_up", "headway_regulation")
-    assert named(SPECS, "moving_block+close_up").supervision == "none"
-    (chosen,) = with_settings([chosen], [f"{chosen.name}.gain=0.5"])
-    assert chosen.supervision_options == {"gain": 0.5}
-    assert changed_options(chosen) == {"gain": 0.5}
-    assert options_of(chosen)["supervision"] == {
-        "gain": 0.5,
-        "headway_ratio": 1.0,
-        "longest_hold_s": 60.0,
-    }
-    assert "supervision" not in options_of(PLAIN)
 
 
 def test_options_are_set_in_the_layer_that_has_them_and_typed_as_in_the_file() -> None:

@@ -11,6 +11,8 @@ from kankaku.controllers.manner import fading_mps
 from kankaku.railway.motion.kinematics import next_speed_mps, rising_speed_mps
 
 FINE_S = 1e-3
+STANDING_MPS = 1e-9
+"""Less than rounding lets a train gain or lose. [m/s]"""
 STEPS_S = st.sampled_from([0.05, 0.1, 0.2, 0.5])
 BRAKES_MPS2 = st.floats(0.4, 1.5)
 JERKS_MPS3 = st.floats(0.2, 3.0)
@@ -40,7 +42,7 @@ def stopped_at_m(  # noqa: PLR0917 - one argument per figure of the train
     """Where a train stands that speeds up until the formula stops it, and its hardest jerk."""
     loss, rise = brake_mps2 * step_s, jerk_mps3 * step_s**2
     front_m, hardest = 0.0, 0.0
-    while speed_mps > 0.0 or front_m == 0.0:
+    while speed_mps > STANDING_MPS or front_m == 0.0:
         room = 2.0 * brake_mps2 * (way_m - front_m)
         wish = float(rising_speed_mps(speed_mps, room, (loss, 0.0), rise))
         wish = min(wish, speed_mps + min(gained_mps + rise, pull_mps2 * step_s))

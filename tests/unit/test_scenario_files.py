@@ -232,6 +232,16 @@ def test_a_controller_may_have_a_supervision(folder: Path) -> None:
             "controllers.plain.by_default",
         ),
         ('operation = "close_up"', 'operation = "close_up"\nby_default = false', "controllers"),
+        (
+            'operation = "close_up"',
+            'operation = "close_up"\neco_margin_s = 0.0',
+            "controllers.plain.eco_margin_s",
+        ),
+        (
+            'operation = "close_up"',
+            'operation = "close_up"\neco_reserve = true',
+            "controllers.plain.eco_reserve",
+        ),
         ('train = "A1"', 'train = "A9"', "overstays.0.train"),
         ('station = "middle"', 'station = "midle"', "overstays.0.station"),
         ("delay_s = 90.0", "delay_s = -1.0", "overstays.0.delay_s"),
@@ -246,6 +256,14 @@ def test_an_option_may_be_a_list_of_numbers(folder: Path) -> None:
     replace(folder, "scenario.toml", "margin_m = 10.0", "margin_m = [90, 45.5, 0]")
     options = load(folder).controllers[0].protection_options
     assert options == {"margin_m": (90.0, 45.5, 0.0)}
+
+
+def test_an_energy_layer_is_read(folder: Path) -> None:
+    assert load(folder).controllers[0].eco_margin_s is None
+    text = 'operation = "close_up"'
+    replace(folder, "scenario.toml", text, f"{text}\neco_margin_s = 0.5\neco_reserve = true")
+    (spec,) = load(folder).controllers
+    assert (spec.eco_margin_s, spec.eco_reserve) == (0.5, True)
 
 
 def test_the_same_controller_twice(folder: Path) -> None:
