@@ -8,7 +8,7 @@ from kankaku.controllers import registry
 from kankaku.controllers.choosing import changed_options
 from kankaku.controllers.eco_layer.eco_margin import SUMMARY, WORD
 from kankaku.controllers.layers import PluginError, Registry
-from kankaku.railway.plan.scenario import ControllerSpec
+from kankaku.railway.plan.scenario import UNSUPERVISED, ControllerSpec
 
 
 class Listing(NamedTuple):
@@ -79,7 +79,7 @@ def controllers_of(title: str, specs: Sequence[ControllerSpec]) -> Listing:
     Returns
     -------
     Listing
-        Layers, options that are not the defaults, and whether they run where none are named.
+        Layers, what is not the default, and whether they run where none are named.
 
     Raises
     ------
@@ -88,29 +88,21 @@ def controllers_of(title: str, specs: Sequence[ControllerSpec]) -> Listing:
     """
     return Listing(
         title,
-        (
-            "name",
-            "protection",
-            "operation",
-            "supervision",
-            "options that differ",
-            "runs by default",
-        ),
+        ("name", "protection", "operation", "options that differ", "runs by default"),
         tuple(_row(spec) for spec in specs),
     )
 
 
 def _row(spec: ControllerSpec) -> tuple[str, ...]:
-    layers = (spec.protection, spec.operation, spec.supervision)
-    if spec.peer:
-        layers = (f"peer {spec.peer}", "-", "-")
-    options = dict(changed_options(spec))
-    beside = {
+    layers = (f"peer {spec.peer}", "-") if spec.peer else (spec.protection, spec.operation)
+    supervision = "" if spec.supervision == UNSUPERVISED else spec.supervision
+    beside: dict[str, object] = {
+        "supervision": supervision,
         "radio": spec.radio,
         "eco_margin_s": spec.eco_margin_s,
         "eco_reserve": spec.eco_reserve,
     }
-    options |= {key: value for key, value in beside.items() if value}
+    options = {**changed_options(spec), **{key: it for key, it in beside.items() if it}}
     return spec.name, *layers, _lines(options.items()), "yes" if spec.by_default else "no"
 
 

@@ -70,6 +70,8 @@ def test_the_controllers_of_a_scenario_are_listed_with_what_differs(tmp_path: Pa
     peer(folder, "sumo_native_moving")
     with (folder / "scenario.toml").open("a", encoding="utf-8") as file:
         file.write("by_default = false\n")
+        file.write('[controllers.held]\nprotection = "atd"\noperation = "eco"\n')
+        file.write('supervision = "headway_regulation"\nsupervision_options = { gain = 0.5 }\n')
     screen = kankaku(folder, "--list-controllers")
     assert screen.status == 0
     rows = {
@@ -81,6 +83,8 @@ def test_the_controllers_of_a_scenario_are_listed_with_what_differs(tmp_path: Pa
         "plain": ["moving_block", "close_up", "margin_m = 10.0", "yes"],
         "second": ["moving_block", "two_stage", "", "yes"],
         "sumo_native_moving": ["peer sumo_native_moving", "-", "", "no"],
+        "held": ["atd", "eco", "gain = 0.5", "yes"],
+        "": ["", "", "supervision = headway_regulation", ""],
     }
     assert "no such folder" in refused(tmp_path / "nowhere", "--list-controllers")
 
