@@ -5,7 +5,7 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds map yizhuang terminals interval driving steps limits reserve losses sensitivity fuzz kills mutants results docs clean
+.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds map yizhuang terminals interval driving steps limits reserve losses approach stress sensitivity fuzz kills mutants results docs clean
 
 # A target makes its results anew: after an edit of the program earlier runs are refused.
 rush-hour: $(READY)
@@ -68,6 +68,16 @@ seeds: $(READY)
 map: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour --seeds 5 --step 0.5 --out out/map \
 		--controller close_up_planned --controller two_stage_planned --controller control_map
+
+# The stochastic approach on two lines, on mornings that nothing was chosen by; writes out/approach/.
+approach: $(READY)
+	$(BIN)/python run.py across scenarios/rush_hour scenarios/yizhuang --seed 101 --seeds 20 --step 0.5 \
+		--controller close_up --controller two_stage --controller stochastic_approach \
+		--controller stochastic_eco --controller stochastic_firm --controller clairvoyant --out out/approach
+
+# The stochastic approach where it is told the wrong thing; writes out/stress/.
+stress: $(READY)
+	$(BIN)/python -m tools.stress
 
 # The second line under every controller.
 yizhuang: $(READY)

@@ -2,15 +2,15 @@
 Write the result tables of the documentation from ``out/``: ``make results``.
 
 Reads what the make targets ``rush-hour``, ``capacity``, ``radio``, ``availability``, ``sakai``,
-``takaoka``, ``seeds``, ``map``, ``yizhuang``, ``limits``, ``reserve``, ``losses``,
-``steps``, ``interval``, ``driving``, ``sensitivity`` and ``bench`` left, and replaces the text
-between ``<!-- name -->`` and ``<!-- end -->``.
+``takaoka``, ``seeds``, ``approach``, ``stress``, ``map``, ``yizhuang``, ``limits``, ``reserve``,
+``losses``, ``steps``, ``interval``, ``driving``, ``sensitivity`` and ``bench`` left, and replaces
+the text between ``<!-- name -->`` and ``<!-- end -->``.
 """
 
 import json
 import re
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -26,8 +26,9 @@ from kankaku.analysis.tables.radio_tables import LABELS as RADIO_LABELS
 from kankaku.analysis.tables.sweep import SWEEP_INDICATORS
 from kankaku.analysis.texts.comparison_texts import comparison_texts
 from kankaku.analysis.words import label_of
-from tools.bench import CONTROLLERS, TRAINS
+from tools.bench import TRAINS
 from tools.paper_tables import markdown, sato_table, sugiyama_table, takaoka_table
+from tools.speed_tables import bench_table, steps_table
 
 PROJECT = Path(__file__).parents[1]
 OUT = PROJECT / "out"
@@ -57,6 +58,17 @@ MAPPED = ("close_up_planned", "two_stage_planned", "control_map")
 EXCLUSIVE = ("close_up_exclusive", "approach_point_exclusive")
 PROTECTED = ("close_up", "atc", "atd", "d_atc")
 ECO = ("energy_gross_kwh", "energy_net_kwh", "scheduled_speed_kmh")
+WEIGHED = (
+    "interstation_stop_time_s",
+    "interstation_stops",
+    "interstation_crawl_time_s",
+    "closed_doors_time_s",
+    "mean_arrival_delay_s",
+    "mean_arrival_lateness_s",
+    "delay_above_bound_s",
+    "final_arrival_delay_s",
+    "energy_net_kwh",
+)
 DRAWN = ("close_up", "two_stage", "atc", "atd")
 """Controllers in the first figure."""
 CAPACITY_ROWS = {
@@ -80,6 +92,7 @@ FIGURES = {
     "control_map/control_map/control_map": "control_map",
     "sensitivity/sensitivity": "sensitivity",
     "seeds/across/across": "across",
+    "approach/across/pareto": "pareto",
 }
 """Figures of the documentation, by their places in ``out/``."""
 
@@ -207,47 +220,6 @@ def losses_table() -> str:
         *(f"emergency brakings, `{name}`" for name in names),
     ]
     return markdown(header, rows)
-
-
-def steps_table() -> str:
-    """Return the change of the indicators with the step."""
-    table = pd.read_csv(OUT / "steps.csv")
-    names = [name for name in table.columns if name not in {"controller", "step_s"}]
-    rows = [
-        [f"{row['step_s']:g} s", row["controller"], *(f"{row[name]:+.2f}" for name in names)]
-        for row in table.to_dict("records")
-    ]
-    return markdown(["step", "controller", *names], rows)
-
-
-def bench_table() -> str:
-    """Return the figures of the benchmark."""
-    figures = json.loads((OUT / "bench.json").read_text(encoding="utf-8"))
-    rows = [
-        [
-            f"`{name}`",
-            f"{figures[name]['ratio_to_sumo']:.1f}",
-            f"{figures[name]['train_steps_per_s'] / 1000:.0f} thousand",
-            _planning(figures[name]["planning_ms"]),
-            ", ".join(
-                f"{phase} {100 * share:.0f} %"
-                for phase, share in figures[name]["phase_shares"].items()
-            ),
-        ]
-        for name in CONTROLLERS
-    ]
-    header = [
-        "controller",
-        "time over bare SUMO's",
-        "train-steps per second",
-        "planning, median and 99 %",
-        "where it goes",
-    ]
-    return markdown(header, rows)
-
-
-def _planning(times_ms: Mapping[str, float]) -> str:
-    return f"{times_ms['median']:.2f}, {times_ms['p99']:.1f} ms" if times_ms else "-"
 
 
 def sakai_table() -> str:
@@ -386,6 +358,8 @@ def main() -> None:
     for line in ("rush_hour", "yizhuang"):
         seeds = OUT / "seeds" / line
         _replace(results, f"seeds-{line}", partial(comparison_table, seeds, SATO))
+        planned = OUT / "approach" / line
+        _replace(results, f"approach-{line}", partial(comparison_table, planned, (), WEIGHED))
     own = OUT / "rush_hour"
     _replace(results, "exclusive", lambda: comparison_table(own, EXCLUSIVE))
     _replace(results, "protections", lambda: comparison_table(own, PROTECTED))
@@ -401,6 +375,7 @@ def main() -> None:
     _replace(results, "limits", limits_table)
     _replace(results, "map", lambda: comparison_table(OUT / "map" / "rush_hour", MAPPED))
     _replace(results, "reserve", reserve_table)
+    _replace(results, "stress", lambda: (OUT / "stress" / "stress.md").read_text("utf-8").strip())
     _replace(results, "losses", losses_table)
     _replace(results, "faults", faults_table)
     _replace(results, "sakai", sakai_table)

@@ -165,6 +165,18 @@ INDICATORS = (
         rare=True,
     ),
     Indicator(
+        Topic.STOPS,
+        Column(
+            "closed_doors_time_s",
+            "float64",
+            "s",
+            "at platforms after the stop, whoever is in the way",
+        ),
+        lambda measured: measured.run.calls["closed_doors_s"].sum(),
+        "standing at platforms, doors closed",
+        10.0,
+    ),
+    Indicator(
         Topic.DELAY,
         Column(
             "mean_arrival_delay_s",

@@ -24,7 +24,7 @@ from kankaku.railway.step.records import (
     TRAJECTORY,
     UNFINISHED,
     VIOLATIONS,
-    HeldTimes,
+    HoldTimes,
     RunRecord,
 )
 from kankaku.railway.step.state import NO_REASON, NOTHING, Reason
@@ -110,7 +110,9 @@ def _calls_frame(record: RunRecord, run_times_s: FloatArray) -> pd.DataFrame:
     )
     minimum_dwell_s, dwell_delay_s = world.minimum_dwell_s[made], record.dwell_delay_s[made]
     nobody_s = np.zeros_like(record.arrival_s)
-    held = record.held or HeldTimes(nobody_s, nobody_s)
+    held = record.held or HoldTimes(nobody_s, nobody_s)
+    stays_s = minimum_dwell_s + dwell_delay_s
+    over_s = np.maximum(booked_departure_s, arrival_s + stays_s) + held.open_s[made]
     unhindered_s = delay.unhindered_arrivals_s(world, record.dwell_delay_s, run_times_s)[made]
     return typed_frame(
         {
@@ -138,6 +140,7 @@ def _calls_frame(record: RunRecord, run_times_s: FloatArray) -> pd.DataFrame:
             "stop_error_m": record.stop_error_m[made],
             "held_open_s": held.open_s[made],
             "held_closed_s": held.closed_s[made],
+            "closed_doors_s": delay.closed_doors_s(over_s, departure_s),
         },
         CALLS,
     )

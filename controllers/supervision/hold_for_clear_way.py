@@ -29,7 +29,7 @@ class HoldForClearWayOptions:
 
     doors_closed: bool = False
     """The stop ends as without holding, and the train waits with closed doors."""
-    overstay_s: float = 30.0
+    overstay_s: float = 3600.0
     """A leader that overstays longer than this is waited for until it has left. [s]"""
     run_time_targets: bool = False
     """Tell operations when a train on its way need not arrive before."""

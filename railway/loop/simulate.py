@@ -18,7 +18,7 @@ from kankaku.railway.radio.data_link import Radio
 from kankaku.railway.safety.monitor import Monitor
 from kankaku.railway.step.control import Command, Controller
 from kankaku.railway.step.engine_contract import Engine
-from kankaku.railway.step.records import HeldTimes, RunRecord, Unfinished
+from kankaku.railway.step.records import HoldTimes, RunRecord, Unfinished
 from kankaku.railway.step.state import Advice, Authority, LineState
 from kankaku.railway.step.step_block import Meter
 from kankaku.railway.wayside.signalling import Wayside
@@ -190,6 +190,6 @@ class _Layers:
             command = self._supervising.told(command)
         return authority, advice, command
 
-    def held(self, arrival_s: FloatArray, end_s: float) -> HeldTimes | None:
+    def held(self, arrival_s: FloatArray, end_s: float) -> HoldTimes | None:
         """Return how long supervision held every train; None where there is none."""
         return self._supervising.held(arrival_s, end_s) if self._supervising else None

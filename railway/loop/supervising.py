@@ -7,7 +7,7 @@ from kankaku.railway.loop.agreements import AgreementError, FirstStep
 from kankaku.railway.plan.run import Run
 from kankaku.railway.step.control import Bound, Command, Controller
 from kankaku.railway.step.engine_contract import Engine
-from kankaku.railway.step.records import HeldTimes
+from kankaku.railway.step.records import HoldTimes
 from kankaku.railway.step.state import NO_HOLD_S, Advice, Authority, LineState, no_orders
 
 ROUNDING_S = 1e-6
@@ -123,7 +123,7 @@ class Supervising:
             bound=np.where(self._held, int(Bound.HELD), command.bound),
         )
 
-    def held(self, arrival_s: FloatArray, end_s: float) -> HeldTimes:
+    def held(self, arrival_s: FloatArray, end_s: float) -> HoldTimes:
         """
         Return how long every train was held.
 
@@ -136,7 +136,7 @@ class Supervising:
 
         Returns
         -------
-        HeldTimes
+        HoldTimes
             By train and call.
         """
         world, closed_s = self._run.world, self._closed_s.copy()
@@ -145,7 +145,7 @@ class Supervising:
         # What was never reached, or has no end, is no number.
         open_s = np.nan_to_num(np.minimum(self._open_until_s, end_s) - over_s, nan=0.0)
         closed_s[self._held, self._last_call[self._held]] += end_s - self._since_s[self._held]
-        return HeldTimes(np.maximum(open_s, 0.0), closed_s)
+        return HoldTimes(np.maximum(open_s, 0.0), closed_s)
 
     def _take_events(self, state: LineState) -> None:
         for row in state.events.released:

@@ -67,6 +67,12 @@ CALLS = (
         "s",
         "how long supervision kept the train at its platform after its stop, doors closed",
     ),
+    Column(
+        "closed_doors_s",
+        "float64",
+        "s",
+        "how long the train stood at its platform after its stop, whoever kept it; 1 s or more",
+    ),
 )
 TRAJECTORY = (
     Column("time_s", "float64", "s", "seconds after midnight"),
@@ -244,7 +250,7 @@ class Trajectory(NamedTuple):
     """Turnouts, level crossings and closures by column."""
 
 
-class HeldTimes(NamedTuple):
+class HoldTimes(NamedTuple):
     """How long supervision held trains at platforms; [s], shape (n_trains, n_calls_max)."""
 
     open_s: FloatArray
@@ -316,5 +322,5 @@ class RunRecord:
     """When the run ended; not a number where nobody knows. [s]"""
     foresight: Foresight | None = None
     """What its protection says beforehand; None where nobody knows, or a peer drives."""
-    held: HeldTimes | None = None
+    held: HoldTimes | None = None
     """How long supervision held trains at platforms; None under a controller without."""

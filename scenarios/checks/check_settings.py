@@ -88,15 +88,12 @@ def controller_mistakes(settings: ScenarioFile, file: str) -> list[Mistake]:
 
 def _layer_problems(controller: ControllerEntry) -> Iterator[tuple[str, str]]:
     """Yield the keys of a controller that are missing or too many."""
-    for key in ("protection", "operation", "supervision"):
-        options = f"{key}_options"
+    for key in ("protection", "operation"):
         if controller.peer is None and getattr(controller, key) is None:
-            if key != "supervision":
-                yield key, "is missing"
-            elif controller.supervision_options:
-                yield key, "is missing beside its options"
+            yield key, "is missing"
+    for key in ("protection", "operation", "supervision"):
         if controller.peer is not None:
-            named = (key, options)
+            named = (key, f"{key}_options")
             yield from ((name, "stands beside peer") for name in named if getattr(controller, name))
     if controller.peer is not None and controller.radio:
         yield "radio", "stands beside peer"

@@ -10,8 +10,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kankaku.controllers.registry import OPERATIONS, PROTECTIONS, ControllerError, build
-from kankaku.railway.plan.scenario import ControllerSpec, Option, Scenario
+from kankaku.controllers.registry import (
+    OPERATIONS,
+    PROTECTIONS,
+    SUPERVISIONS,
+    ControllerError,
+    build,
+)
+from kankaku.railway.plan.scenario import UNSUPERVISED, ControllerSpec, Option, Scenario
 from kankaku.railway.plan.timetable import Timetable
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller
@@ -31,6 +37,7 @@ from kankaku.testing.example_lines import two_station_scenario, world_of
 from kankaku.testing.loop_station import loop_station_scenario
 from tests.ends_of_ways import short_turn_scenario
 from tests.property.runs import run
+from tests.supervising import HoldEverybody
 
 CBTC = {
     "margin_m": 0.0,
@@ -69,9 +76,7 @@ def test_every_pair_keeps_the_contract(protection: str, operation: str) -> None:
     ("protection", "operation", "reserve"),
     [
         ("moving_block", "two_stage", False),
-        ("moving_block", "approach_point", True),
         ("digital_atc", "close_up", True),
-        ("control_map", "control_map", False),
     ],
 )
 def test_around_an_operation_the_energy_layer_keeps_the_contract(
@@ -130,6 +135,34 @@ def test_nobody_is_in_the_way_of_a_train_that_ends_on_the_way_or_it_in_theirs(
         lambda world: controller_of(world, protection, operation),
         overstays(scenario, 70.0, 40.0),
     )
+    assert not trial.asked.problems
+    assert not runs_through(trial)
+    assert not is_safe(trial)
+
+
+@pytest.mark.parametrize("protection", VARIANTS)
+def test_trains_may_be_held_under_any_protection(protection: str) -> None:
+    scenario = LINES["one track"]()
+    world = world_of(scenario)
+    controller = replace(
+        controller_of(world, protection, "close_up"),
+        supervision=HoldEverybody(world, open_s=15.0, closed_s=10.0),
+    )
+    record, _ = run(scenario, controller=controller, delay_s=overstays(scenario, 70.0, 40.0))
+    assert record.violations == ()
+    assert record.completed.all()
+    assert record.held is not None
+    # Two trains overstay by more than they would be held.
+    assert np.count_nonzero(record.held.open_s) == 6
+    assert np.count_nonzero(record.held.closed_s) == 6
+
+
+@pytest.mark.parametrize("supervision", [name for name in SUPERVISIONS if name != UNSUPERVISED])
+@pytest.mark.parametrize("make", LINES.values(), ids=LINES)
+def test_supervisions_keep_the_contract(supervision: str, make: Any) -> None:  # noqa: ANN401
+    scenario = make()
+    spec = ControllerSpec("test", "moving_block", "close_up", {}, {}, supervision=supervision)
+    trial = trial_of(scenario, lambda world: build(spec, world), overstays(scenario, 70.0, 40.0))
     assert not trial.asked.problems
     assert not runs_through(trial)
     assert not is_safe(trial)

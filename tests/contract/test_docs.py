@@ -19,7 +19,7 @@ FILE = re.compile(
     r"`((?:kankaku|railway|controllers|analysis|scenarios|sumo_net|telecom|tests|tools|docs)"
     r"/[\w/.-]+\.\w+)`"
 )
-GROUPS = ("kankaku.protections", "kankaku.operations")
+GROUPS = ("kankaku.protections", "kankaku.operations", "kankaku.supervisions")
 """Entry points, no modules."""
 TEST = re.compile(r"`(test_\w+\.py)`")
 LINK = re.compile(r"\]\((?!https?://|#)([^)#\s]+)")

@@ -13,11 +13,14 @@ from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Command
 from kankaku.railway.step.engine_contract import Engine
+from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Advice, Authority, LineState
 from kankaku.sumo_net.build import build
 from kankaku.sumo_net.engine import EngineDisagreementError, SumoEngine
 from kankaku.testing.example_lines import two_station_scenario, world_of
+from kankaku.testing.toy_engine import ToyEngine
 from tests.property.runs import controller_of
+from tests.supervising import HoldEverybody, dwell_delays_s, supervised
 
 STEPS = 800
 
@@ -45,6 +48,31 @@ class Halts:
         if to_go_m < 0.1 and state.time_s < self._until_s:
             most_mps = 0.0
         return command._replace(speed_mps=np.minimum(command.speed_mps, most_mps))
+
+
+@pytest.mark.parametrize("step_s", [0.1, 0.5])
+def test_trains_are_held_on_sumo_as_they_are_without_it(tmp_path: Path, step_s: float) -> None:
+    scenario = two_station_scenario(2, 90.0, step_s=step_s)
+    world = world_of(scenario)
+    delay_s = dwell_delays_s(world, 0, 1, 33.3)
+
+    def recorded(engine: Engine) -> RunRecord:
+        controller = supervised(world, HoldEverybody(world, open_s=17.3, closed_s=6.1))
+        return simulate(Run(world, delay_s, 1, 600.0), engine, controller, all_meters(world))
+
+    with SumoEngine(build(scenario, world, delay_s, tmp_path), world) as engine:
+        ours = recorded(engine)
+    plain = recorded(ToyEngine(world, delay_s, step_s))
+    assert ours.completed.all()
+    assert np.array_equal(ours.departure_s, plain.departure_s)
+    assert ours.arrival_s == pytest.approx(plain.arrival_s)
+    assert ours.held is not None
+    assert plain.held is not None
+    assert ours.held.open_s == pytest.approx(plain.held.open_s)
+    assert ours.held.closed_s == pytest.approx(plain.held.closed_s)
+    # T1 overstays in the east by more than it would be held there.
+    assert ours.held.open_s[0] == pytest.approx([17.3, 0.0])
+    assert ours.held.closed_s[1] == pytest.approx([6.1, 6.1], abs=step_s)
 
 
 @pytest.mark.parametrize("away_m", [0.05, 0.3, 0.6, 1.2])

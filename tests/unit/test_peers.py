@@ -48,6 +48,7 @@ def test_a_controller_may_be_a_peer(folder: Path, peer: str) -> None:
         ('peer = "sumo_native_fixed"\nprotection = "moving_block"\n', ["protection"]),
         ('peer = "sumo_native_fixed"\noperation = "close_up"\n', ["operation"]),
         (f'peer = "sumo_native_fixed"\n{LAYERS}', ["protection", "operation"]),
+        ('peer = "sumo_native_fixed"\nsupervision = "none"\n', ["supervision"]),
     ],
 )
 def test_a_peer_stands_alone(folder: Path, written: str, keys: list[str]) -> None:

@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from kankaku.controllers.operation.pre_deceleration import Approach, Slowing, slow_down
-from kankaku.railway.motion.run_up import RunUp, RunUpTable, shortest_s
+from kankaku.railway.motion.run_up import RunUp, RunUpTable, covers_s, shortest_s
 from kankaku.railway.plan.rolling_stock import RunningResistance, Traction
 from kankaku.testing.example_lines import commuter_train
 
@@ -104,3 +104,13 @@ def test_the_shortest_run_to_a_stop_is_the_trapezoid_of_speed() -> None:
     # 100 m: the peak is sqrt(2 * 100 * ab/(a+b)), never cruising.
     peak = np.sqrt(2.0 * 100.0 * FIRST_STAGE)
     assert shortest_s(up, 0, (100.0, 0.0, 20.0), B) == pytest.approx(peak / A + peak / B, rel=1e-3)
+
+
+def test_the_shortest_way_over_a_distance_is_acceleration_and_then_the_top_speed() -> None:
+    up = RunUpTable.of([RunUp.of(TRAIN)])
+    # 100 m from rest at a constant acceleration, and 1000 m no faster than 20 m/s.
+    assert covers_s(up, 0, (100.0, 0.0, 40.0)) == pytest.approx(np.sqrt(200.0 / A), rel=1e-3)
+    expected_s = 20.0 / A + (1000.0 - 200.0 / A) / 20.0
+    assert covers_s(up, 0, (1000.0, 0.0, 20.0)) == pytest.approx(expected_s, rel=1e-3)
+    assert covers_s(up, 0, (200.0, 20.0, 20.0)) == pytest.approx(10.0, rel=1e-6)
+    assert covers_s(up, 0, (0.0, 5.0, 20.0)) == pytest.approx(0.0, abs=1e-6)

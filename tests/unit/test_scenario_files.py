@@ -192,6 +192,17 @@ def test_rolling_stock(folder: Path, old: str, new: str, where: str, says: str) 
     assert says in named["rolling_stock.toml", where].allowed
 
 
+def test_a_controller_may_have_a_supervision(folder: Path) -> None:
+    assert load(folder).controllers[0].supervision == "none"
+    keys = 'supervision = "hold_for_clear_way"\nsupervision_options = { overstay_s = 5.0 }'
+    replace(folder, "scenario.toml", 'operation = "close_up"', f'operation = "close_up"\n{keys}')
+    chosen = load(folder).controllers[0]
+    assert (chosen.supervision, chosen.supervision_options) == (
+        "hold_for_clear_way",
+        {"overstay_s": 5.0},
+    )
+
+
 @pytest.mark.parametrize(
     ("old", "new", "where"),
     [
@@ -210,6 +221,11 @@ def test_rolling_stock(folder: Path, old: str, new: str, where: str, says: str) 
         ),
         ("margin_m = 10.0", "margin_m = []", "controllers.plain.protection_options.margin_m"),
         ('operation = "close_up"', "", "controllers.plain.operation"),
+        (
+            'operation = "close_up"',
+            'operation = "close_up"\nsupervision = 1',
+            "controllers.plain.supervision",
+        ),
         (
             'operation = "close_up"',
             'operation = "close_up"\nby_default = 1',

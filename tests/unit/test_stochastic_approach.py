@@ -22,7 +22,7 @@ from kankaku.railway.plan.scenario import ControllerSpec, Option, Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.records import RunRecord
 from kankaku.testing.contract import overstays
-from kankaku.testing.example_lines import two_station_scenario, world_of
+from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
 from tools.plain_runs import run_plain
 
 EXPECTED = DwellDelays((0.0, 0.5, 1.0), (0.0, 20.0, 120.0))
@@ -164,6 +164,20 @@ def test_nobody_acts_on_a_delay_before_it_has_begun(learns: bool) -> None:
         assert same.sum() > 200
         count = int(same.sum())
         assert (one.trajectory.speed_mps[:count] == other.trajectory.speed_mps[:count]).all()
+
+
+def test_who_goes_second_through_points_stays_at_its_platform_and_loses_nothing() -> None:
+    """The first train overstays by 100 s on the other track; its points are 40 m ahead."""
+    scenario = merge_scenario(2, headway_s=60.0, dwell_s=30.0)
+    delay_s = np.zeros_like(overstays(scenario, 0.0))
+    delay_s[0, 0] = 100.0
+    hindered = run_of(scenario, "close_up", delay_s)
+    stays = run_of(scenario, "stochastic_approach", delay_s)
+    assert not stays.violations
+    assert stands_s(hindered) > 30.0
+    assert stands_s(stays) == 0.0
+    assert stays.departure_s[1, 0] > hindered.departure_s[1, 0] + 30.0
+    assert stays.arrival_s[1, EAST] == pytest.approx(hindered.arrival_s[1, EAST], abs=4.0)
 
 
 def test_named_overstays_are_not_expected() -> None:
