@@ -32,9 +32,10 @@ def remaining_texts(runs: Sequence[RunTables], knows_future: Collection[str] = (
     frames: dict[str, list[pd.DataFrame]] = {}
     for run in runs:
         frames.setdefault(run.controller, []).append(run.remaining_stops)
+    told = {name: stops_text(pd.concat(parts, ignore_index=True)) for name, parts in frames.items()}
     return [
-        f"{told_of(f'`{name}`', knows_future=name in knows_future)}: {stops_text(pd.concat(parts, ignore_index=True))}"
-        for name, parts in frames.items()
+        f"{told_of(f'`{name}`', knows_future=name in knows_future)}: {text}"
+        for name, text in told.items()
     ]
 
 
