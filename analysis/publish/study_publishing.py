@@ -121,7 +121,9 @@ def publish(  # noqa: PLR0913 - one argument per part of the folder
         [f"{name}.png" for name in made],
         swept=findings.sweep,
         shortfalls=Shortfalls(failures, _unfinished(runs, scenario)),
-        notes=Notes(frozenset(knows_future), () if scenario.sweep else remaining_texts(runs)),
+        notes=Notes(
+            frozenset(knows_future), () if scenario.sweep else remaining_texts(runs, knows_future)
+        ),
         by_direction=network.get("by_direction"),
     )
     frames = {"summary": findings.summary, "stations": stations, **network}

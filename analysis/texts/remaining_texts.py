@@ -1,18 +1,19 @@
 """Why trains still stood between stations, controller by controller."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import pandas as pd
 
 from kankaku.analysis.tables.remaining_stops import BESIDE
 from kankaku.analysis.tables.run_tables import RunTables
+from kankaku.analysis.words import told_of
 
 LONG_S = 90.0
 """Overstays from here on are long. [s]"""
 
 
-def remaining_texts(runs: Sequence[RunTables]) -> list[str]:
+def remaining_texts(runs: Sequence[RunTables], knows_future: Collection[str] = ()) -> list[str]:
     """
     Return what the stops that remain were for.
 
@@ -20,6 +21,8 @@ def remaining_texts(runs: Sequence[RunTables]) -> list[str]:
     ----------
     runs
         All runs that are compared.
+    knows_future
+        Names of the controllers that are told the drawn dwell delays.
 
     Returns
     -------
@@ -29,9 +32,10 @@ def remaining_texts(runs: Sequence[RunTables]) -> list[str]:
     frames: dict[str, list[pd.DataFrame]] = {}
     for run in runs:
         frames.setdefault(run.controller, []).append(run.remaining_stops)
+    told = {name: stops_text(pd.concat(parts, ignore_index=True)) for name, parts in frames.items()}
     return [
-        f"`{name}`: {stops_text(pd.concat(parts, ignore_index=True))}"
-        for name, parts in frames.items()
+        f"{told_of(f'`{name}`', knows_future=name in knows_future)}: {text}"
+        for name, text in told.items()
     ]
 
 

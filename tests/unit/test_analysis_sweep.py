@@ -238,12 +238,11 @@ def test_one_run_left_of_an_interrupted_sweep_can_be_read(tmp_path: Path) -> Non
 
 def test_a_sweep_leaves_no_file_that_is_not_declared(tmp_path: Path) -> None:
     publish_all(tmp_path, all_runs())
-    of_networks = {f"{table}.csv" for table in NETWORK_TABLES} | {
-        "track_plan.png",
-        "track_plan.svg",
+    of_others = {f"{table}.csv" for table in NETWORK_TABLES} | {
+        f"{figure}.{kind}" for figure in ("track_plan", "pareto") for kind in ("png", "svg")
     }
     found = {item.name for item in tmp_path.iterdir() if item.is_file()}
-    assert found == STUDY_RESULTS.files - of_networks
+    assert found == STUDY_RESULTS.files - of_others
 
 
 def test_without_a_sweep_there_are_no_intervals(tmp_path: Path) -> None:

@@ -133,3 +133,5 @@ def test_every_controller_has_a_sentence_over_all_its_runs(*, stands: bool) -> N
     (sentence,) = remaining_texts([tables, tables])
     told = "4 stops between stations remain: 4 behind" if stands else "no train stood"
     assert sentence.startswith(f"`close_up`: {told}")
+    (warned,) = remaining_texts([tables], ["close_up"])
+    assert warned.startswith("`close_up` (knows the future): ")
