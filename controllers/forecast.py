@@ -79,7 +79,6 @@ class DepartureForecast:
         self.booked = plain(
             Booked(world.call_count, world.minimum_dwell_s, world.booked_departure_s)
         )
-        self._no_longer_s = np.zeros(world.size)
 
     def earliest_departures_s(self, state: LineState) -> FloatArray:
         """
@@ -116,7 +115,7 @@ class DepartureForecast:
         waits = waits_for_leader(self._world, state)
         called = state.leader, waits, state.next_call, state.stop_m, state.arrival_s
         known = self.ways, self.booked
-        return departures_s(state.time_s, state.whereabouts, called, known, self._no_longer_s)
+        return departures_s(state.time_s, state.whereabouts, called, known)
 
 
 @compiled
@@ -125,10 +124,9 @@ def departures_s(
     whereabouts: Plain,
     called_fields: Plain,
     known: tuple[Plain, Plain],
-    longer_s: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """
-    Return when every train is ready at its next stop, and when it departs.
+    Return when every train is ready at its next stop, and when it departs at the earliest.
 
     Parameters
     ----------
@@ -140,9 +138,6 @@ def departures_s(
         Of :class:`Called`, plain.
     known
         Of :class:`ForecastTables` and :class:`Booked`, plain.
-    longer_s
-        By how much later than at the earliest each train that stands at its stop departs.
-        [s], shape (n_trains,)
 
     Returns
     -------
@@ -166,8 +161,6 @@ def departures_s(
                 arrival_s = max(arrival_s, earliest_s[leader] + ways.interval_s[leader])
         ready_s[row] = arrival_s + booked.minimum_dwell_s[row, call]
         earliest_s[row] = max(ready_s[row], booked.departure_s[row, call], now_s)
-        if not trains.running[row]:
-            earliest_s[row] += longer_s[row]
     return ready_s, earliest_s
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from kankaku.controllers import registry
 from kankaku.controllers.stochastic import waiting
 from kankaku.controllers.stochastic.approach_options import StochasticApproachOptions
-from kankaku.controllers.stochastic.approach_site import PlatformSite, approach_site
+from kankaku.controllers.stochastic.approach_site import MeetingCalls, PlatformSite, approach_site
 from kankaku.controllers.stochastic.belief import Belief
 from kankaku.controllers.stochastic.run_in import Costs
 from kankaku.controllers.stochastic.stochastic_approach import CAPS_MPS
@@ -58,7 +58,7 @@ def _site(world: World, station: str) -> PlatformSite:
     ]
     spec = ControllerSpec("close_up", "moving_block", "close_up", {}, {})
     protection: Any = registry.build(spec, world).protection
-    site = approach_site(world, protection, follower, (calls[0], leader, calls[1]))
+    site = approach_site(world, protection, follower, MeetingCalls(calls[0], leader, calls[1]))
     if site is None:
         problem = f"nobody waits for {station}"
         raise SystemExit(problem)

@@ -31,6 +31,17 @@ SPEED_CELLS_PER_MPS = 10.0
 """How finely accelerations are tabulated. [s/m]"""
 
 
+class MeetingCalls(NamedTuple):
+    """The calls of two trains at one platform."""
+
+    call: int
+    """The follower's next call."""
+    leader: int
+    """Row of its leader."""
+    leaders_call: int
+    """The leader's call there."""
+
+
 class PlatformWay(NamedTuple):
     """A way to a platform and the train on it; plain numbers and arrays."""
 
@@ -78,7 +89,7 @@ class PlatformSite(NamedTuple):
 
 
 def approach_site(
-    world: World, foresight: Foresight, row: int, calls: tuple[int, int, int]
+    world: World, foresight: Foresight, row: int, calls: MeetingCalls
 ) -> PlatformSite | None:
     """
     Lay out the site of a train behind its leader.
@@ -92,7 +103,7 @@ def approach_site(
     row
         The follower.
     calls
-        Its next call, the row of its leader, and the leader's call at that platform.
+        Its next call, its leader, and that one's call.
 
     Returns
     -------
@@ -155,9 +166,7 @@ def _approach(
     )
 
 
-def _eoas_m(
-    world: World, foresight: Foresight, row: int, calls: tuple[int, int, int]
-) -> FloatArray:
+def _eoas_m(world: World, foresight: Foresight, row: int, calls: MeetingCalls) -> FloatArray:
     """Return ends of authority by moment since the release, until they are past the stop."""
     call, leader, leaders_call = calls
     away = _departing(world, foresight, leader, leaders_call)

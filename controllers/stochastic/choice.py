@@ -23,7 +23,7 @@ from kankaku.railway.compiled import Plain, compiled
 from kankaku.railway.step.state import Whereabouts
 
 LEAVING_M = 30.0
-"""So far from its last stop a train speeds up in any case. [m]"""
+"""So far on the places of a site a train speeds up in any case: it leaves a platform there. [m]"""
 LEVEL_SCALES = np.array(LEVELS)
 
 
@@ -62,7 +62,7 @@ def choose(
     stack, costs = Stack(*tables[0]), Costs(*tables[1])
     sites, scales, certain = approaching
     rates = np.full(sites.size, np.inf)
-    ready_s, earliest_s = departures_s(now_s, whereabouts, known[0], known[1], np.zeros(sites.size))
+    ready_s, earliest_s = departures_s(now_s, whereabouts, known[0], known[1])
     for train in range(sites.size):
         if sites[train] == NO_SITE or not trains.running[train]:
             continue
@@ -75,14 +75,13 @@ def choose(
         booked_s = booked.departure_s[leader, called.next_call[leader]]
         stands = trains.present[leader] and not trains.running[leader]
         overstays_s = now_s - max(ready_s[leader], booked_s) if stands else -1.0
-        wait = earliest_s[leader] - now_s, max(booked_s - ready_s[leader], 0.0)
-        motion = to_limit_m, trains.speed_mps[train]
+        site, motion = (approach, sites[train], stack), (to_limit_m, trains.speed_mps[train])
         if overstays_s > 0.0 and not certain:
-            site = (approach, sites[train], stack)
             action = _during(site, motion, (now_s - ready_s[leader], scales[train]), costs)
         else:
-            site = (approach, sites[train], stack)
-            action = _before(site, motion, (wait[0], wait[1], scales[train], certain), costs)
+            slack_s = max(booked_s - ready_s[leader], 0.0)
+            wait = earliest_s[leader] - now_s, slack_s, scales[train], certain
+            action = _before(site, motion, wait, costs)
         if action < PULL:
             place = from_m / approach.place_m
             drag = drag_at_mps2(approach, place)

@@ -18,7 +18,7 @@ from kankaku.controllers.forecast import (
 )
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.controllers.stochastic.approach_options import StochasticApproachOptions
-from kankaku.controllers.stochastic.approach_site import PlatformSite, approach_site
+from kankaku.controllers.stochastic.approach_site import MeetingCalls, PlatformSite, approach_site
 from kankaku.controllers.stochastic.belief import LEVELS, WORTH_CALLS, Belief
 from kankaku.controllers.stochastic.choice import choose
 from kankaku.controllers.stochastic.merging import NOWHERE_M, points_left_m, starting, stays
@@ -54,8 +54,8 @@ class ReleasePlans(NamedTuple):
     calls_version: int
     called: Plain
     """Of :class:`~kankaku.controllers.forecast.Called`, as of that version."""
-    approaches: tuple[tuple[int, int, int] | None, ...]
-    """Next call of each train that approaches a platform, its leader, and that one's call."""
+    approaches: tuple[MeetingCalls | None, ...]
+    """The platform that each train approaches, and behind whom."""
     cap_mps: FloatArray
     """Speed held after the leader's release, until the stop. [m/s]"""
     scale: FloatArray
@@ -107,7 +107,7 @@ class StochasticApproach:
         self._tables = SiteTables()
         self._starting, self._rows = plain(starting(world)), np.arange(world.size)
         self._no_plan = np.full(world.size, np.inf)
-        nowhere: tuple[tuple[int, int, int] | None, ...] = ()
+        nowhere: tuple[MeetingCalls | None, ...] = ()
         # Of the approaches that steps asked for last: the memory knows nothing of the stack.
         self._numbered = nowhere, np.zeros(0, dtype=np.intp)
 
@@ -178,10 +178,11 @@ class StochasticApproach:
             memory = self._learn(state, memory)
         cap_mps = self._caps_mps(state, memory)
         scale, factor = memory.scale.copy(), self._run_factor(memory)
-        approaches: list[tuple[int, int, int] | None] = [None] * self._world.size
+        approaches: list[MeetingCalls | None] = [None] * self._world.size
         for row in np.flatnonzero(waits & state.running).tolist():
             leader = int(state.leader[row])
-            approaches[row] = int(state.next_call[row]), leader, int(state.next_call[leader])
+            calls = int(state.next_call[row]), leader, int(state.next_call[leader])
+            approaches[row] = MeetingCalls(*calls)
             after = self._belief.after_score(float(memory.score[leader]))
             scale[row] = min(max(factor * after, LEVELS[0]), LEVELS[-1])
         return memory._replace(
@@ -198,7 +199,7 @@ class StochasticApproach:
         gone = {*state.events.released, *state.events.left}
         cap_mps = np.where(state.running, memory.cap_mps, NO_CEILING_MPS)
         for row, approached in enumerate(memory.approaches) if gone else ():
-            if approached is None or approached[1] not in gone or not state.running[row]:
+            if approached is None or approached.leader not in gone or not state.running[row]:
                 continue
             number = self._site_number(row, approached)
             front_m, speed_mps = float(state.front_m[row]), float(state.speed_mps[row])
@@ -232,7 +233,7 @@ class StochasticApproach:
             return 1.0
         return (known_s + memory.seen_s) / (known_s + memory.awaited_s)
 
-    def _site_numbers(self, approaches: tuple[tuple[int, int, int] | None, ...]) -> IntArray:
+    def _site_numbers(self, approaches: tuple[MeetingCalls | None, ...]) -> IntArray:
         if approaches is not self._numbered[0]:
             numbers = [
                 NO_SITE if calls is None else self._site_number(row, calls)
@@ -241,7 +242,7 @@ class StochasticApproach:
             self._numbered = approaches, np.array(numbers, dtype=np.intp)
         return self._numbered[1]
 
-    def _site_number(self, row: int, calls: tuple[int, int, int]) -> int:
+    def _site_number(self, row: int, calls: MeetingCalls) -> int:
         world, (call, leader, leaders_call) = self._world, calls
         kinds = int(world.type_index[row]), int(world.type_index[leader])
         before_m = float(world.stop_m[row, call - 1]) if call > 0 else -np.inf
@@ -252,7 +253,7 @@ class StochasticApproach:
         return self._tables.number(key, lambda: self._made(row, calls, factor))
 
     def _made(
-        self, row: int, calls: tuple[int, int, int], factor: float
+        self, row: int, calls: MeetingCalls, factor: float
     ) -> tuple[PlatformSite, Tables] | None:
         site = approach_site(self._world, self._foresight, row, calls)
         if site is None:

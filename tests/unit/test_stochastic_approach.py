@@ -12,7 +12,7 @@ from kankaku.controllers import registry
 from kankaku.controllers.options import OptionError
 from kankaku.controllers.stochastic import waiting
 from kankaku.controllers.stochastic.approach_options import StochasticApproachOptions
-from kankaku.controllers.stochastic.approach_site import PlatformSite, approach_site
+from kankaku.controllers.stochastic.approach_site import MeetingCalls, PlatformSite, approach_site
 from kankaku.controllers.stochastic.belief import Belief
 from kankaku.controllers.stochastic.run_in import Costs, run_in
 from kankaku.controllers.stochastic.waiting import make_tables
@@ -74,7 +74,7 @@ def site_of(scenario: Scenario) -> tuple[World, PlatformSite]:
     world = world_of(scenario)
     spec = ControllerSpec("close_up", "moving_block", "close_up", {}, {})
     protection: Any = registry.build(spec, world).protection
-    site = approach_site(world, protection, 1, (EAST, 0, EAST))
+    site = approach_site(world, protection, 1, MeetingCalls(EAST, 0, EAST))
     assert site is not None
     return world, site
 
