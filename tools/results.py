@@ -64,7 +64,6 @@ WEIGHED = (
     "interstation_crawl_time_s",
     "closed_doors_time_s",
     "mean_arrival_delay_s",
-    "mean_arrival_lateness_s",
     "delay_above_bound_s",
     "final_arrival_delay_s",
     "energy_net_kwh",
