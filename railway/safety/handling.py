@@ -49,6 +49,7 @@ class Handling:
         self._world, self._promises, self._overrun_m = world, promises, overrun_m
         self._service_mps2 = world.of_type("service_brake_mps2")
         self._emergency_mps2 = world.of_type("emergency_brake_mps2")
+        self._build_up_s = world.of_type("brake_build_up_s")
         self._boundaries_m = np.array(sorted({block.start_m for block in blocks}))
         starts_m: dict[str, set[float]] = {}
         for block in blocks:
@@ -89,13 +90,19 @@ class Handling:
         yield "braking", harder_mps2, HANDLING_MPS2
         if np.isfinite(self._promises.validity_s):
             oldest_s = block.time_s[:-1, np.newaxis] - self._promises.validity_s - ROUNDING_S
+            since_s = oldest_s - block.heard_s[:-1]
             stops = (block.speed_mps[1:] == 0.0) | block.halting
-            least_mps2 = self._emergency_mps2[rows] + self._brakes.gravity_mps2(rows) * least
-            weaker_mps2 = least_mps2 - lost_mps2
-            weaker_mps2[stops | (block.heard_s[:-1] >= oldest_s)] = -np.inf
+            built_mps2 = self._emergency_mps2[rows] * self._built_up(since_s, rows)
+            weaker_mps2 = built_mps2 + self._brakes.gravity_mps2(rows) * least - lost_mps2
+            weaker_mps2[stops | (since_s <= 0.0)] = -np.inf
             yield "validity", weaker_mps2, HANDLING_MPS2
         if self._promises.idle_time_s and self._boundaries_m.size:
             yield "idle", self._unbraked_m(block), UNBRAKED_M
+
+    def _built_up(self, since_s: FloatArray, rows: IntArray) -> FloatArray:
+        """Return which share of a brake is there, by how long it has been rising."""
+        build_up_s = np.maximum(self._build_up_s[rows], ROUNDING_S)
+        return np.clip(since_s / build_up_s, 0.0, 1.0)
 
     def _slopes(self, block: StepBlock) -> tuple[FloatArray, FloatArray]:
         """Return the least and the greatest gradient under each train, within a metre."""
