@@ -173,6 +173,26 @@ def test_commands_that_are_too_old_ask_for_the_emergency_brake() -> None:
     assert found.excess >= 1.3 - 0.02
 
 
+@pytest.mark.parametrize("step_s", [0.1, 0.5])
+def test_an_emergency_brake_may_take_its_time_to_build_up(step_s: float) -> None:
+    """Without commands from 44.5 s on; the brake that is not there in the first second is due."""
+    from_s = READY_S + 45.0
+    outage = Outage((), up=False, down=True, from_s=from_s, until_s=from_s + 12.0)
+    radio = replace(LOSSLESS, outages=(outage,))
+    scenario = replace(two_station_scenario(1), step_s=step_s)
+    gradual = {
+        name: replace(kind, brake_build_up_s=1.0, jerk_mps3=0.8)
+        for name, kind in scenario.train_types.items()
+    }
+    scenario = replace(scenario, train_types=gradual)
+    honest = built(scenario, radio=radio)
+    assert run(scenario, controller=honest, radio=radio)[0].violations == ()
+    runs_on = replace(honest, protection=Unhurried(honest.protection))
+    (found,) = run(scenario, controller=runs_on, radio=radio)[0].violations
+    assert found.kind == "validity"
+    assert found.excess >= 1.3 - 0.02
+
+
 @dataclass
 class Brusque:
     """A drive with one deceleration for whatever it is to brake for."""
