@@ -5,7 +5,6 @@ Booked departures, minimum dwells and the trains' own abilities are known; dwell
 not. So this is a lower bound, and a follower loses nothing by counting on it.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -53,27 +52,28 @@ class Called(NamedTuple):
 class DepartureForecast:
     """Forecasts departures along the queue of trains, first train first."""
 
-    def __init__(
-        self,
-        world: World,
-        run_up: Sequence[RunUp],
-        acceleration_mps2: float,
-        brake_mps2: float,
-    ) -> None:
+    def __init__(self, world: World) -> None:
         self._world = world
+        driven = world.driven_types
+        self.acceleration_mps2 = min(kind.starting_acceleration_mps2 for kind in driven)
+        """Of the slowest starter. [m/s2]"""
+        self.brake_mps2 = min(kind.service_brake_mps2 for kind in world.train_types)
+        """Of the weakest brake. [m/s2]"""
+        self.run_up = [RunUp.of(kind) for kind in driven]
+        """By train type."""
         # v/(2a) + L/v + v/b after the departure of a leader of length L, from Sato et al. 2025,
         # eqs. (14) and (15), least over the speed v that is held into the platform.
-        shortest_s = 2.0 * np.sqrt(world.length_m * (0.5 / acceleration_mps2 + 1.0 / brake_mps2))
-        self.interval_s: FloatArray = shortest_s
+        pace_s2pm = 0.5 / self.acceleration_mps2 + 1.0 / self.brake_mps2
+        self.interval_s: FloatArray = 2.0 * np.sqrt(world.length_m * pace_s2pm)
         """From the departure of each train to the arrival of the next one, at least. [s]"""
-        self.ways = plain(
+        self.tables = plain(
             ForecastTables(
                 world.profile.origin_m,
                 np.cumsum(1.0 / world.driven_profile.ceiling_mps, axis=1),
-                RunUpTable.of(run_up),
+                RunUpTable.of(self.run_up),
                 world.type_index,
-                shortest_s,
-                brake_mps2,
+                self.interval_s,
+                self.brake_mps2,
             )
         )
         self.booked = plain(
@@ -114,7 +114,7 @@ class DepartureForecast:
         """
         waits = waits_for_leader(self._world, state)
         called = state.leader, waits, state.next_call, state.stop_m, state.arrival_s
-        known = self.ways, self.booked
+        known = self.tables, self.booked
         return departures_s(state.time_s, state.whereabouts, called, known)
 
 
@@ -146,7 +146,7 @@ def departures_s(
         infinity where there is no next stop or no train. [s], shape (n_trains,) each
     """
     trains, called = Whereabouts(*whereabouts), Called(*called_fields)
-    ways, booked = ways_of(known[0]), Booked(*known[1])
+    tables, booked = forecast_tables_of(known[0]), Booked(*known[1])
     earliest_s = np.full(trains.front_m.size, -np.inf)
     ready_s = np.full(trains.front_m.size, -np.inf)
     for row in range(earliest_s.size):
@@ -155,17 +155,17 @@ def departures_s(
             continue
         arrival_s = called.arrival_s[row]
         if trains.running[row]:
-            arrival_s = now_s + _free_run_s(trains, called, ways, row)
+            arrival_s = now_s + _free_run_s(trains, called, tables, row)
             if called.waits[row]:
                 leader = called.leader[row]
-                arrival_s = max(arrival_s, earliest_s[leader] + ways.interval_s[leader])
+                arrival_s = max(arrival_s, earliest_s[leader] + tables.interval_s[leader])
         ready_s[row] = arrival_s + booked.minimum_dwell_s[row, call]
         earliest_s[row] = max(ready_s[row], booked.departure_s[row, call], now_s)
     return ready_s, earliest_s
 
 
 @compiled
-def ways_of(fields: Plain) -> ForecastTables:
+def forecast_tables_of(fields: Plain) -> ForecastTables:
     """
     Return what forecasts need with its names.
 
@@ -186,15 +186,15 @@ def ways_of(fields: Plain) -> ForecastTables:
 
 
 @compiled
-def _free_run_s(trains: Whereabouts, called: Called, ways: ForecastTables, row: int) -> float:
+def _free_run_s(trains: Whereabouts, called: Called, tables: ForecastTables, row: int) -> float:
     """Return the time to the next stop if nothing is in the way."""
-    kind, front_m, stop_m = ways.type_index[row], trains.front_m[row], called.stop_m[row]
-    start, stop = int(front_m - ways.origin_m), int(stop_m - ways.origin_m)
+    kind, front_m, stop_m = tables.type_index[row], trains.front_m[row], called.stop_m[row]
+    start, stop = int(front_m - tables.origin_m), int(stop_m - tables.origin_m)
     if start >= stop:
         return 0.0
-    mean_mps = (stop - start) / (ways.travel_s[kind, stop] - ways.travel_s[kind, start])
+    mean_mps = (stop - start) / (tables.travel_s[kind, stop] - tables.travel_s[kind, start])
     run = stop_m - front_m, trains.speed_mps[row], mean_mps
-    return shortest_s(ways.run_up, kind, run, ways.brake_mps2)
+    return shortest_s(tables.run_up, kind, run, tables.brake_mps2)
 
 
 def waits_for_leader(world: World, state: LineState) -> BoolArray:

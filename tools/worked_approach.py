@@ -19,13 +19,10 @@ from kankaku.studies.study import world_of
 
 SCENARIO, TRAINS = "rush_hour", ("723B", "745A")
 ACTIONS = (
-    "brake as for a stop",
-    "0.6 of that",
-    "0.25 of that",
+    *(f"{share:g} of the brake for stops" for share in waiting.BRAKE_SHARES),
     "coast",
     "hold",
-    "0.4 of traction",
-    "full traction",
+    *(f"{share:g} of full traction" for share in waiting.PULL_SHARES),
 )
 EXPECTED = 1
 """The level of a delay as it is expected."""

@@ -23,12 +23,11 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from kankaku.analysis.tables.interstation import SHORTEST_STOP_S
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.motion.run_times import run_times_s
 from kankaku.railway.plan.world import World
 
-LEAST_WAIT_S = 1.0
-"""A train waits when it stands for so long. [s]"""
 AFFECTED_S = 10.0
 """A train is affected when others made it later than this at any call. [s]"""
 RECOVERED_S = 60.0
@@ -155,9 +154,7 @@ def primary_delay_s(
     return np.clip(dwell_delay_s - np.maximum(slack_s, 0.0), 0.0, None)
 
 
-def closed_doors_s(
-    over_s: FloatArray, departure_s: FloatArray, least_s: float = LEAST_WAIT_S
-) -> FloatArray:
+def closed_doors_s(over_s: FloatArray, departure_s: FloatArray) -> FloatArray:
     """
     Return how long trains stood at their platforms after their stops were over.
 
@@ -168,16 +165,15 @@ def closed_doors_s(
     departure_s
         When the trains departed, the drivers' reaction taken off; not a number where they never
         did. [s], same shape
-    least_s
-        Less than this is the rounding of steps. [s]
 
     Returns
     -------
     FloatArray
-        Whoever kept them there. [s], same shape
+        Whoever kept them there; 0 where it is shorter than a stop between stations has to be.
+        [s], same shape
     """
     waited_s = np.nan_to_num(departure_s - over_s, nan=0.0)
-    return np.where(waited_s >= least_s, waited_s, 0.0)
+    return np.where(waited_s >= SHORTEST_STOP_S, waited_s, 0.0)
 
 
 def delay_s(actual_s: FloatArray, booked_s: FloatArray, end_s: float) -> FloatArray:

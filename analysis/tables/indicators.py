@@ -157,7 +157,7 @@ INDICATORS = (
     Indicator(
         Topic.STOPS,
         Column(
-            "held_closed_time_s", "float64", "s", "the same with closed doors, the stop being over"
+            "held_closed_time_s", "float64", "s", "held at platforms by supervision, doors closed"
         ),
         lambda measured: measured.run.calls["held_closed_s"].sum(),
         "held at platforms, doors closed",
@@ -170,7 +170,7 @@ INDICATORS = (
             "closed_doors_time_s",
             "float64",
             "s",
-            "at platforms after the stop, whoever is in the way",
+            "standing at platforms after the stop is over",
         ),
         lambda measured: measured.run.calls["closed_doors_s"].sum(),
         "standing at platforms, doors closed",

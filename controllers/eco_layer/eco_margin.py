@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.eco_layer.leg_runs import FREE_MPS, Leg, LegRun, LegRuns
+from kankaku.controllers.eco_layer.leg_runs import Leg, LegRun, LegRuns
 from kankaku.controllers.layers import ControllerError
+from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.controllers.operation.eco import CATCHING_UP_PS
 from kankaku.controllers.options import OptionError, require
 from kankaku.railway.arrays import FloatArray, IntArray
@@ -238,7 +239,7 @@ def _lowered(
         along_m = trains.front_m[train] - plans.from_m[train]
         if along_m < 0.0 or not trains.running[train]:
             continue
-        lowest_mps = FREE_MPS
+        lowest_mps = NO_CEILING_MPS
         if along_m < plans.lengths[QUICKEST, train] - 1:
             lowest_mps = interpolated(plans.points[0], along_m + plans.starts[QUICKEST, train])
         if along_m < plans.lengths[SPARED, train] - 1:

@@ -12,6 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.motion.eco_run import EcoRun, eco, shortest_s
 from kankaku.railway.motion.extremal import SPEEDING_UP
@@ -22,8 +23,6 @@ from kankaku.railway.step.control import Foresight
 
 Leg: TypeAlias = tuple[int, float, float]
 """Row of the profile, and both stops. [-], [m], [m]"""
-FREE_MPS = 1000.0
-"""Stands for no ceiling. [m/s]"""
 TENTHS = 10
 """Run times that are alike to a tenth of a second are planned once. [1/s]"""
 EXACTNESS = 0.05
@@ -189,7 +188,7 @@ def table_of(way: Way, run: EcoRun, step_s: float) -> FloatArray:
     """
     curve, speeds_up = run.curve, run.phase == SPEEDING_UP
     bound = 0.5 * np.square(curve.speed_mps) >= (1.0 - BOUND) * way.cap_m2ps2
-    ceiling = np.where(bound, FREE_MPS, _eased_mps(curve, way.train_type.brake_rise_s))
+    ceiling = np.where(bound, NO_CEILING_MPS, _eased_mps(curve, way.train_type.brake_rise_s))
     ceiling[:-1][speeds_up] = curve.speed_mps[:-1][speeds_up]
     for cell in np.flatnonzero(speeds_up)[::-1].tolist():
         ceiling[cell] = max(ceiling[cell], ceiling[cell + 1])

@@ -24,9 +24,10 @@ from kankaku.controllers.options import require
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, count_up_to, plain
 from kankaku.railway.motion.kinematics import next_speed_mps
-from kankaku.railway.motion.run_curve import fastest
+from kankaku.railway.motion.run_curve import RunCurve, fastest
 from kankaku.railway.motion.way import way_on
 from kankaku.railway.plan.brake_table import BrakeTable, braking_loss_mps, braking_v2_at
+from kankaku.railway.plan.profile import Profile
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
 from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState, Whereabouts
@@ -264,9 +265,8 @@ class ApproachPointControl:
     def _site(self, row: int, call: int, leader: int, leaders_m: tuple[float, float]) -> Site:
         world, profile = self._world, self._foresight.profile
         kind, ahead = int(world.type_index[row]), int(world.type_index[leader])
-        from_m, to_m = leaders_m[0], min(leaders_m[1], leaders_m[0] + LOOK_AHEAD_M)
-        away = fastest(way_on(profile, ahead, world.driven_types[ahead], (from_m, to_m)))
-        fronts_m = np.arange(from_m, to_m, MOMENT_M)
+        away = leaving(world, profile, ahead, leaders_m)
+        fronts_m = np.arange(leaders_m[0], away.chainage_m[-1], MOMENT_M)
         speeds_mps = np.interp(fronts_m, away.chainage_m, away.speed_mps)
         eoas_m = self._foresight.eoa_behind_m(row, call, leader, fronts_m, speeds_mps)
         permitted_after_s = away.time_s + self._foresight.release_delay_s
@@ -279,6 +279,31 @@ class ApproachPointControl:
             eoa_m=np.maximum.accumulate(eoas_m),
             since_departure_s=np.interp(fronts_m, away.chainage_m, permitted_after_s),
         )
+
+
+def leaving(world: World, profile: Profile, kind: int, stops_m: tuple[float, float]) -> RunCurve:
+    """
+    Return the run of a leader away from its platform.
+
+    Parameters
+    ----------
+    world
+        The trains.
+    profile
+        The line as they are driven on it.
+    kind
+        Row of the leader's type.
+    stops_m
+        Where it stands, and its next stop. [m]
+
+    Returns
+    -------
+    RunCurve
+        As fast as it may, as far as followers are concerned.
+    """
+    from_m, next_m = stops_m
+    to_m = min(next_m, from_m + LOOK_AHEAD_M)
+    return fastest(way_on(profile, kind, world.driven_types[kind], (from_m, to_m)))
 
 
 def _with_curves(memory: ApproachPlans, changed: dict[int, FloatArray | None]) -> ApproachPlans:

@@ -29,7 +29,6 @@ from kankaku.railway.motion.kinematics import (
     two_stage_brake_mps2,
     two_stage_speed_mps,
 )
-from kankaku.railway.motion.run_up import RunUp
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
 from kankaku.railway.step.state import Advice, Authority, LineState, Whereabouts
@@ -76,14 +75,9 @@ class TwoStage:
         self._pre_deceleration = pre_deceleration
         self._step_s = world.step_s
         # One a and b for all: the slowest starter ahead and the weakest brake behind.
-        driven = world.driven_types
-        self._acceleration_mps2 = min(kind.starting_acceleration_mps2 for kind in driven)
-        self._brake_mps2 = min(kind.service_brake_mps2 for kind in world.train_types)
+        self._forecast = forecast = DepartureForecast(world)
+        self._acceleration_mps2, self._brake_mps2 = forecast.acceleration_mps2, forecast.brake_mps2
         self._first_stage_mps2 = two_stage_brake_mps2(self._acceleration_mps2, self._brake_mps2)
-        self._run_up = [RunUp.of(kind) for kind in driven]
-        self._forecast = DepartureForecast(
-            world, self._run_up, self._acceleration_mps2, self._brake_mps2
-        )
         self._foresight = foresight
         self._ceiling_mps = foresight.profile.ceiling_mps
 
@@ -136,7 +130,7 @@ class TwoStage:
                 slowest_mps=self._options.slowest_kmh / 3.6,
                 first_stage_mps2=self._first_stage_mps2,
                 service_brake_mps2=self._brake_mps2,
-                run_up=self._run_up[kind],
+                run_up=self._forecast.run_up[kind],
             ),
             wait_s,
         )

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kankaku.controllers.operation.approach_point import leaving
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.motion.run_curve import RunCurve, fastest
 from kankaku.railway.motion.way import way_on
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
@@ -22,8 +22,6 @@ PLACES = 400
 """Places of a site, evenly from the first one to the stop."""
 LONGEST_WAY_M = 1500.0
 """Nobody plans from further away. [m]"""
-LOOK_AHEAD_M = 1500.0
-"""So far a leader is followed when it departs. [m]"""
 LEAST_WAY_M = 20.0
 """A limit nearer to the stop before than this leaves nothing to plan. [m]"""
 JOULES_PER_KWH = 3.6e6
@@ -169,7 +167,8 @@ def _approach(
 def _eoas_m(world: World, foresight: Foresight, row: int, calls: MeetingCalls) -> FloatArray:
     """Return ends of authority by moment since the release, until they are past the stop."""
     call, leader, leaders_call = calls
-    away = _departing(world, foresight, leader, leaders_call)
+    stops_m = tuple(world.stop_m[leader, leaders_call : leaders_call + 2].tolist())
+    away = leaving(world, foresight.profile, int(world.type_index[leader]), stops_m)
     seen_late_s = foresight.release_delay_s + float(world.departure_lag_s[leader])
     lasts_s = away.run_time_s + seen_late_s
     moments_s = MOMENT_S * np.arange(int(np.ceil(lasts_s / MOMENT_S)) + 1)
@@ -180,11 +179,3 @@ def _eoas_m(world: World, foresight: Foresight, row: int, calls: MeetingCalls) -
     last = int(np.argmax(free)) if free.any() else eoa_m.size - 1
     kept: FloatArray = eoa_m[: last + 1]
     return kept
-
-
-def _departing(world: World, foresight: Foresight, leader: int, leaders_call: int) -> RunCurve:
-    """Return the run of a leader away from its platform."""
-    kind = int(world.type_index[leader])
-    from_m = float(world.stop_m[leader, leaders_call])
-    to_m = min(float(world.stop_m[leader, leaders_call + 1]), from_m + LOOK_AHEAD_M)
-    return fastest(way_on(foresight.profile, kind, world.driven_types[kind], (from_m, to_m)))

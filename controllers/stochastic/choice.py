@@ -107,27 +107,13 @@ def _during(
     costs: Costs,
 ) -> int:
     """Return the action of least cost while the leader overstays."""
-    approach, number, stack = site
-    low, weight = _level(stay[1])
-    times = stack.during.shape[2]
-    now = min(int(stay[0] / LOOK_S), times - 1)
-    then = min(stay[0] / LOOK_S + 1.0, times - 1.001)
-    first, part = int(then), then - int(then)
-    after = stack.before[number, CERTAIN, 0]
-    least, chosen = np.inf, PULL
-    for action in range(ACTIONS - 1, -1, -1):
-        place, share, cost, _ = look_ahead(approach, stack.top_mps[number], motion, action, costs)
-        gone = between(after, place, share)
-        for level in range(low, low + 2):
-            hazard = stack.hazards[number, level, now]
-            tables = stack.during[number, level]
-            later = (1.0 - part) * between(tables[first], place, share)
-            later += part * between(tables[first + 1], place, share)
-            share_of = weight if level > low else 1.0 - weight
-            cost += share_of * (hazard * gone + (1.0 - hazard) * later)
-        if cost < least:
-            least, chosen = cost, action
-    return chosen
+    stayed_s, scale = stay
+    _, number, stack = site
+    low, weight = _level(scale)
+    tables = stack.during[number]
+    now = min(int(stayed_s / LOOK_S), tables.shape[1] - 1)
+    hazards = stack.hazards[number, low, now], stack.hazards[number, low + 1, now]
+    return _cheapest(site, motion, costs, (tables, stayed_s / LOOK_S + 1.0), (low, weight), hazards)
 
 
 @compiled
@@ -138,20 +124,41 @@ def _before(
     costs: Costs,
 ) -> int:
     """Return the action of least cost before the leader's earliest departure."""
-    approach, number, stack = site
     to_departure_s, slack_s, scale, certain = wait
-    plan, weight = _plan(stack, number, slack_s, scale, certain)
-    tables = stack.before[number]
-    last = tables.shape[1] - 1.001
-    then = min(max(to_departure_s / LOOK_S - 1.0, 0.0), last)
+    _, number, stack = site
+    plan = _plan(stack, number, slack_s, scale, certain)
+    to_come = stack.before[number], max(to_departure_s / LOOK_S - 1.0, 0.0)
+    return _cheapest(site, motion, costs, to_come, plan, (0.0, 0.0))
+
+
+@compiled
+def _cheapest(
+    site: tuple[PlatformWay, int, Stack],
+    motion: tuple[float, float],
+    costs: Costs,
+    to_come: tuple[FloatArray, float],
+    mixed: tuple[int, float],
+    hazards: tuple[float, float],
+) -> int:
+    """
+    Return the action of least cost, by costs to come after a look ahead.
+
+    These are mixed from two tables that follow each other: the lower one, and the weight of the
+    upper one. A hazard of each says how likely the leader is released within the look ahead.
+    """
+    (approach, number, stack), (tables, time), (low, weight) = site, to_come, mixed
+    then = min(time, tables.shape[1] - 1.001)
     first, part = int(then), then - int(then)
+    after, weights = stack.before[number, CERTAIN, 0], (1.0 - weight, weight)
     least, chosen = np.inf, PULL
     for action in range(ACTIONS - 1, -1, -1):
         place, share, cost, _ = look_ahead(approach, stack.top_mps[number], motion, action, costs)
-        for index in range(plan, min(plan + 2, tables.shape[0])):
-            later = (1.0 - part) * between(tables[index, first], place, share)
-            later += part * between(tables[index, first + 1], place, share)
-            cost += (weight if index > plan else 1.0 - weight) * later
+        gone = between(after, place, share)
+        for upper in range(2):
+            table = tables[low + upper]
+            later = (1.0 - part) * between(table[first], place, share)
+            later += part * between(table[first + 1], place, share)
+            cost += weights[upper] * (hazards[upper] * gone + (1.0 - hazards[upper]) * later)
         if cost < least:
             least, chosen = cost, action
     return chosen

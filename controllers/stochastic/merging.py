@@ -10,14 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.forecast import Booked, Called, ways_of
+from kankaku.controllers.drive import AT_STOP_M
+from kankaku.controllers.forecast import Booked, Called, forecast_tables_of
 from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.compiled import Plain, compiled
 from kankaku.railway.motion.run_up import covers_s
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import LineState, Whereabouts
 
-AT_STOP_M = 1.0
 NOWHERE_M = -np.inf
 
 
@@ -123,7 +123,7 @@ def stays(
         Called(*known[0]),
         Starting(*starting_fields),
     )
-    (from_m, eoa_m, left_m), ways = ends_m, ways_of(known[1][0])
+    (from_m, eoa_m, left_m), tables = ends_m, forecast_tables_of(known[1][0])
     counts = Booked(*known[1][1]).call_count
     stay = np.zeros(from_m.size, dtype=np.bool_)
     for train in range(from_m.size):
@@ -139,7 +139,7 @@ def stays(
             continue
         speed = trains.speed_mps[first]
         run = max(gone_m - trains.front_m[first], 0.0), speed, starts.top_mps[first]
-        clear_s = covers_s(ways.run_up, ways.type_index[first], run)
+        clear_s = covers_s(tables.run_up, tables.type_index[first], run)
         if speed == 0.0:
             clear_s += starts.lag_s[first]
         acceleration, brake = starts.acceleration_mps2[train], starts.brake_mps2[train]

@@ -16,6 +16,7 @@ from kankaku.controllers.stochastic.approach_site import (
 )
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import Plain, compiled, interpolated
+from kankaku.railway.meters.standstill import CRAWLING_MPS
 from kankaku.railway.motion.electric_brake import electric_brake_n
 
 LONGEST_S = 400.0
@@ -25,8 +26,6 @@ NEARLY_M = 5.0
 GIVEN_BACK_S = 1.0
 """Braking into a stop gives back energy of less worth. [s]"""
 LEAST_MPS = 0.05
-SLOW_MPS = 10.0 / 3.6
-"""Below this a train crawls. [m/s]"""
 
 
 class Costs(NamedTuple):
@@ -196,7 +195,7 @@ def run_in(
         after = max(min(wish, kept), speed - brakes, 0.0)
         mean, gained = 0.5 * (speed + after), (after - speed) / MOMENT_S
         cost += costs.kwh_s * energy_kwh(way, (speed, after), drag, MOMENT_S)
-        if mean < SLOW_MPS:
+        if mean < CRAWLING_MPS:
             cost += costs.standing * MOMENT_S
         place += mean * MOMENT_S / way.place_m
         speed, peak = after, max(peak, after)

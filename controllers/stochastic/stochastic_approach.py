@@ -28,7 +28,6 @@ from kankaku.controllers.stochastic.waiting import Tables, times_of
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.motion.kinematics import two_stage_speed_mps
-from kankaku.railway.motion.run_up import RunUp
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
 from kankaku.railway.step.state import (
@@ -88,20 +87,15 @@ class StochasticApproach:
         self._world, self._foresight, self._learns = world, foresight, options.learns
         self._belief = Belief(options.told(world.expected_delays))
         self._costs = plain(Costs(options.standing_cost, options.energy_cost_s_per_kwh))
-        driven = world.driven_types
-        acceleration_mps2 = min(kind.starting_acceleration_mps2 for kind in driven)
-        brake_mps2 = min(kind.service_brake_mps2 for kind in world.train_types)
-        self._rates = acceleration_mps2, brake_mps2, world.step_s
-        forecast = DepartureForecast(
-            world, [RunUp.of(kind) for kind in driven], acceleration_mps2, brake_mps2
-        )
+        forecast = DepartureForecast(world)
+        self._rates = forecast.acceleration_mps2, forecast.brake_mps2, world.step_s
         self._certain = world.foretold_delay_s is not None
         booked = Booked(*forecast.booked)
         if world.foretold_delay_s is not None:
             dwell_s = world.minimum_dwell_s.copy()
             dwell_s[:, :-1] += world.foretold_delay_s
             booked = booked._replace(minimum_dwell_s=dwell_s)
-        self._known = forecast.ways, plain(booked)
+        self._known = forecast.tables, plain(booked)
         self._factor = _delay_factors(world)
         self._times = times_of(self._belief, float(self._factor.max()))
         self._tables = SiteTables()

@@ -22,7 +22,6 @@ import numpy as np
 from kankaku.controllers.stochastic.approach_site import PlatformSite, PlatformWay
 from kankaku.controllers.stochastic.belief import LEVELS, Belief
 from kankaku.controllers.stochastic.run_in import (
-    SLOW_MPS,
     Costs,
     best_cap,
     by_speed,
@@ -33,13 +32,22 @@ from kankaku.controllers.stochastic.run_in import (
 )
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.meters.standstill import CRAWLING_MPS
 
 LOOK_S = 2.0
 """So long an acceleration is held. [s]"""
 DISTANCES = 56
 SHARES = 24
-ACTIONS = 7
-HARDEST, HOLD, PULL = 0, 4, 6
+BRAKE_SHARES = (1.0, 0.6, 0.25)
+"""Accelerations of the first actions: shares of the brake for stops. [-]"""
+PULL_SHARES = (0.4, 1.0)
+"""Accelerations of the last actions: shares of what traction gives. [-]"""
+COAST = len(BRAKE_SHARES)
+"""The action without brake and traction; the one of a constant speed comes next."""
+HOLD = COAST + 1
+ACTIONS = HOLD + 1 + len(PULL_SHARES)
+PULL = ACTIONS - 1
+"""The action of full traction."""
 BEFORE_S = 128.0
 """So long before the earliest departure plans begin. [s]"""
 LONGEST_DELAY_S = 260.0
@@ -94,8 +102,8 @@ def make_tables(
         Factor on that. [-]
     costs
         What things cost.
-    caps_mps
-        Speed caps for running in. [m/s], shape (n_caps,)
+    sizes
+        Speed caps for running in [m/s], falling, and from how many times of an overstay to plan.
 
     Returns
     -------
@@ -105,12 +113,12 @@ def make_tables(
     (caps_mps, times), fields = sizes, plain(site)
     top_mps = _tops_mps(fields)
     after = _after(fields, top_mps, caps_mps, plain(costs))
-    grid = plain(Outcomes(*_grid(plain(site.approach), top_mps, plain(costs))))
+    outcomes = plain(Outcomes(*_outcomes(plain(site.approach), top_mps, plain(costs))))
     hazards = np.array([belief.hazards(scale * level, LOOK_S, times) for level in LEVELS])
-    during = _during(grid, after, hazards)
+    during = _during(outcomes, after, hazards)
     none = np.array([belief.none(scale * level) for level in LEVELS])[:, None, None]
     uncertain = none * after + (1.0 - none) * during[:, 0]
-    before = _before(grid, np.concatenate([after[None], uncertain]), int(BEFORE_S / LOOK_S))
+    before = _before(outcomes, np.concatenate([after[None], uncertain]), int(BEFORE_S / LOOK_S))
     excess_s = np.array([belief.excess_s(scale * level)[:SLACKS] for level in LEVELS])
     return Tables(top_mps, during.astype(np.float32), hazards, before.astype(np.float32), excess_s)
 
@@ -224,18 +232,14 @@ def rate_mps2(approach: PlatformWay, action: int, speed_mps: float, drag_mps2: f
     float
         The acceleration. [m/s2]
     """
-    if action == HARDEST:
-        return -approach.station_brake_mps2
-    if action == 1:
-        return -0.6 * approach.station_brake_mps2
-    if action == 2:
-        return -0.25 * approach.station_brake_mps2
+    if action < COAST:
+        return -BRAKE_SHARES[action] * approach.station_brake_mps2
+    if action == COAST:
+        return by_speed(approach.coast_mps2, speed_mps) - drag_mps2
     if action == HOLD:
         return 0.0
-    if action == HOLD - 1:
-        return by_speed(approach.coast_mps2, speed_mps) - drag_mps2
     pull = by_speed(approach.pull_mps2, speed_mps) - drag_mps2
-    return pull if action == PULL else 0.4 * pull
+    return PULL_SHARES[action - HOLD - 1] * pull
 
 
 @compiled
@@ -279,7 +283,7 @@ def look_ahead(
         left_m = distance_m - 0.5 * (speed + after) * LOOK_S
         top = top_at_mps(top_mps, distance_cell(approach, left_m))
     cost = costs.kwh_s * energy_kwh(approach, (speed, after), drag, LOOK_S)
-    if 0.5 * (speed + after) < SLOW_MPS:
+    if 0.5 * (speed + after) < CRAWLING_MPS:
         cost += costs.standing * LOOK_S
     share = min(after / max(top, 1e-3), 1.0) * (SHARES - 1)
     return distance_cell(approach, left_m), min(share, SHARES - 1.001), cost, after
@@ -329,7 +333,7 @@ def _after(
 
 
 @compiled
-def _grid(
+def _outcomes(
     approach_fields: Plain, top_mps: FloatArray, costs_fields: Plain
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     approach, costs = PlatformWay(*approach_fields), Costs(*costs_fields)
@@ -347,45 +351,48 @@ def _grid(
 
 
 @compiled
-def _step_back(grid: Outcomes, to_come: FloatArray) -> FloatArray:
+def _step_back(outcomes: Outcomes, to_come: FloatArray) -> FloatArray:
     """Return the least costs a look ahead earlier, by those to come then."""
     now = np.empty_like(to_come)
     for row in range(DISTANCES):
         for column in range(SHARES):
             least = np.inf
             for action in range(ACTIONS):
-                place, share = grid.place[row, column, action], grid.share[row, column, action]
-                cost = grid.cost_s[row, column, action] + between(to_come, place, share)
+                place, share = (
+                    outcomes.place[row, column, action],
+                    outcomes.share[row, column, action],
+                )
+                cost = outcomes.cost_s[row, column, action] + between(to_come, place, share)
                 least = min(least, cost)
             now[row, column] = least
     return now
 
 
 @compiled
-def _during(grid_fields: Plain, after: FloatArray, hazards: FloatArray) -> FloatArray:
+def _during(outcome_fields: Plain, after: FloatArray, hazards: FloatArray) -> FloatArray:
     """Costs by level and time; the last time stands for all later ones."""
-    grid, (levels, times) = Outcomes(*grid_fields), hazards.shape
+    outcomes, (levels, times) = Outcomes(*outcome_fields), hazards.shape
     costs = np.zeros((levels, times, DISTANCES, SHARES))
     for level in range(levels):
         later, last = after, hazards[level, times - 1]
         for _ in range(SETTLED):
-            later = _step_back(grid, last * after + (1.0 - last) * later)
+            later = _step_back(outcomes, last * after + (1.0 - last) * later)
         for time in range(times - 1, -1, -1):
             hazard = hazards[level, time]
-            later = _step_back(grid, hazard * after + (1.0 - hazard) * later)
+            later = _step_back(outcomes, hazard * after + (1.0 - hazard) * later)
             costs[level, time] = later
     return costs
 
 
 @compiled
-def _before(grid_fields: Plain, ends: FloatArray, times: int) -> FloatArray:
+def _before(outcome_fields: Plain, ends: FloatArray, times: int) -> FloatArray:
     """Costs by what comes at the earliest departure, and time to it."""
-    grid = Outcomes(*grid_fields)
+    outcomes = Outcomes(*outcome_fields)
     costs = np.zeros((ends.shape[0], times + 1, DISTANCES, SHARES))
     for end in range(ends.shape[0]):
         later = ends[end]
         costs[end, 0] = later
         for time in range(1, times + 1):
-            later = _step_back(grid, later)
+            later = _step_back(outcomes, later)
             costs[end, time] = later
     return costs

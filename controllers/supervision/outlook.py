@@ -4,15 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kankaku.controllers.drive import AT_STOP_M
 from kankaku.controllers.forecast import DepartureForecast
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.motion.run_times import run_times_s
-from kankaku.railway.motion.run_up import RunUp
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import LineState
 
-AT_STOP_M = 1.0
-"""A front this near to a stop position stands at it. [m]"""
 NOWHERE = -1
 """No platform, or no call there."""
 
@@ -38,11 +36,7 @@ class Outlook:
 
     def __init__(self, world: World) -> None:
         self.world = world
-        driven = world.driven_types
-        acceleration_mps2 = min(kind.starting_acceleration_mps2 for kind in driven)
-        brake_mps2 = min(kind.service_brake_mps2 for kind in world.train_types)
-        run_ups = [RunUp.of(kind) for kind in driven]
-        self._forecast = DepartureForecast(world, run_ups, acceleration_mps2, brake_mps2)
+        self._forecast = DepartureForecast(world)
         self.interval_s = self._forecast.interval_s
         """From the departure of each train to the arrival of the next one, at least. [s]"""
         self.run_s = run_times_s(world, world.driven_profile)

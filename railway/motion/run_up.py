@@ -7,7 +7,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import compiled, interpolated
+from kankaku.railway.compiled import compiled, count_up_to, interpolated
 from kankaku.railway.plan.rolling_stock import TrainType
 
 SPEED_CELL_MPS = 0.05
@@ -170,17 +170,11 @@ def covers_s(table: RunUpTable, kind: int, run: tuple[float, float, float]) -> f
     if distance_m >= up_m:
         up_s = interpolated(table.time_s, top) - from_s
         return float(up_s + (distance_m - up_m) / max(top_mps, speed))
-    low, high = int(here), int(top) + 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if table.distance_m[middle] - from_m <= distance_m:
-            low = middle
-        else:
-            high = middle
-    part = (distance_m + from_m - table.distance_m[low]) / (
-        table.distance_m[high] - table.distance_m[low]
-    )
-    return float(table.time_s[low] + part * (table.time_s[high] - table.time_s[low]) - from_s)
+    low = first + count_up_to(table.distance_m[first : last + 1], from_m + distance_m) - 1
+    cell_m = table.distance_m[low + 1] - table.distance_m[low]
+    cell_s = table.time_s[low + 1] - table.time_s[low]
+    part = (from_m + distance_m - table.distance_m[low]) / cell_m
+    return float(table.time_s[low] + part * cell_s - from_s)
 
 
 @compiled

@@ -7,7 +7,8 @@ import pytest
 
 from kankaku.controllers.choosing import with_settings
 from kankaku.controllers.eco_layer.eco_margin import WORD
-from kankaku.controllers.eco_layer.leg_runs import FREE_MPS, LegRuns
+from kankaku.controllers.eco_layer.leg_runs import LegRuns
+from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.controllers.registry import ControllerError, build, options_of
 from kankaku.railway.plan.driving_style import DrivingStyle
 from kankaku.railway.plan.line import Gradient, SpeedLimit
@@ -151,7 +152,7 @@ def test_a_ceiling_never_holds_back_who_speeds_up() -> None:
     # Up to the first limit and from its end on the run speeds up.
     assert np.all(np.diff(ceiling_mps[:300]) <= 1e-9)
     assert ceiling_mps.min() > 0.0
-    assert ceiling_mps.max() == FREE_MPS
+    assert ceiling_mps.max() == NO_CEILING_MPS
     assert np.all(np.diff(time_s) > 0.0)
     assert runs.quickest(0, 1, True) is made
 
