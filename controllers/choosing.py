@@ -37,21 +37,23 @@ SHOWN = 40
 _FORM = "<controller>.<option>=<value>"
 
 
-def knows_future(spec: ControllerSpec) -> bool:
+def foretold(specs: Iterable[ControllerSpec]) -> frozenset[str]:
     """
-    Return whether a controller is told the drawn dwell delays: for comparison only.
+    Return which controllers are told the drawn dwell delays: for comparison only.
 
     Parameters
     ----------
-    spec
-        One that can be built.
+    specs
+        Controllers that can be built.
 
     Returns
     -------
-    bool
-        Whether its operation is.
+    frozenset[str]
+        Names of those whose operation knows the future.
     """
-    return spec.peer is None and OPERATIONS[spec.operation].knows_future
+    return frozenset(
+        spec.name for spec in specs if spec.peer is None and OPERATIONS[spec.operation].knows_future
+    )
 
 
 def named(specs: Sequence[ControllerSpec], name: str) -> ControllerSpec:

@@ -18,7 +18,11 @@ from kankaku.controllers.operation.eco import CATCHING_UP_PS
 from kankaku.controllers.options import OptionError, require
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, interpolated
-from kankaku.railway.plan.scenario import ControllerSpec
+from kankaku.railway.plan.scenario import (
+    GREATEST_ECO_MARGIN_S,
+    LEAST_ECO_MARGIN_S,
+    ControllerSpec,
+)
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight, Operation
 from kankaku.railway.step.state import NOTHING, Advice, Authority, LineState, Whereabouts
@@ -41,7 +45,7 @@ class EcoMarginOptions:
     """A train with time to spare arrives when it is booked."""
 
     def __post_init__(self) -> None:
-        require("eco_margin_s", self.eco_margin_s, 0.001, 60.0)
+        require("eco_margin_s", self.eco_margin_s, LEAST_ECO_MARGIN_S, GREATEST_ECO_MARGIN_S)
 
 
 def energy_of(spec: ControllerSpec, where: str) -> EcoMarginOptions | None:

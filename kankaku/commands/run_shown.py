@@ -28,7 +28,7 @@ from kankaku.commands.screen import (
     show_side_by_side,
     show_table,
 )
-from kankaku.controllers.choosing import knows_future
+from kankaku.controllers.choosing import foretold
 from kankaku.studies import study
 from kankaku.studies.outcomes import Go, Hearers
 
@@ -151,8 +151,7 @@ def report(result: study.StudyResult, chosen: study.Study) -> int:
                 answers.print(f"Published: {source}", soft_wrap=True)
         else:
             compared = comparison(result.summary)
-            foretold = {spec.name for spec in chosen.specs if knows_future(spec)}
-            header, rows = comparison_texts(compared, foretold)
+            header, rows = comparison_texts(compared, foretold(chosen.specs))
             if header[2:]:
                 answers.print(escape(comparison_note(compared)), soft_wrap=True)
             show_side_by_side(header, rows, kept=2, shown=SIDE_BY_SIDE - 1)

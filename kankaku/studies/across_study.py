@@ -22,7 +22,7 @@ from kankaku.analysis.tables.across_tables import across_frame
 from kankaku.analysis.tables.columns import rows_frame
 from kankaku.analysis.tables.summary import SUMMARY
 from kankaku.analysis.texts.across_texts import Part
-from kankaku.controllers.choosing import knows_future
+from kankaku.controllers.choosing import foretold
 from kankaku.railway.errors import KankakuError
 from kankaku.store import failed_runs
 from kankaku.store.holding import held
@@ -238,8 +238,8 @@ def _publish(result: AcrossResult, wall_s: float) -> None:
     summaries = {study.scenario.name: _summary(result, study) for study in result.studies}
     if all(summary.empty for summary in summaries.values()):
         return
-    foretold = {spec.name for spec in result.studies[0].specs if knows_future(spec)}
-    result.table = across_frame(summaries, result.controllers, foretold)
+    specs = result.studies[0].specs
+    result.table = across_frame(summaries, result.controllers, foretold(specs))
     parts = [
         Part(study.scenario.name, study.scenario.title, study.seeds, study.step_s)
         for study in result.studies

@@ -19,7 +19,7 @@ from kankaku.analysis.results import RUN_RECORD, run_folder
 from kankaku.analysis.tables.run_tables import read_run
 from kankaku.analysis.tables.sweep import SweepTables, shown_delays_s
 from kankaku.controllers import registry
-from kankaku.controllers.choosing import knows_future
+from kankaku.controllers.choosing import foretold
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World
 from kankaku.store import failed_runs, run_store
@@ -269,7 +269,7 @@ class Running:
             runs,
             provenance_of(study, result, wall_s),
             by_radio=frozenset(controller.name for controller in built if controller.by_radio),
-            knows_future=frozenset(spec.name for spec in self._specs() if knows_future(spec)),
+            knows_future=foretold(self._specs()),
             failures=failed_runs.noted(self._folder),
             figures=figures,
         )

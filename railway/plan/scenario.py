@@ -16,6 +16,8 @@ MAIN_FILE = "scenario.toml"
 """The file of a scenario that names its controllers and its other files."""
 UNSUPERVISED = "none"
 """The supervision of controllers that have none."""
+LEAST_ECO_MARGIN_S, GREATEST_ECO_MARGIN_S = 0.001, 60.0
+"""What the energy layer of a controller may spend on a leg. [s]"""
 Option: TypeAlias = float | bool | tuple[float, ...]
 """A number, a switch, or a table of numbers."""
 

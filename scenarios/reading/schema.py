@@ -10,6 +10,7 @@ from typing import Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from kankaku.railway.plan.scenario import GREATEST_ECO_MARGIN_S, LEAST_ECO_MARGIN_S
 from kankaku.scenarios.reading.explain import explained
 from kankaku.scenarios.reading.fields import (
     CLOCK_TEXT,
@@ -56,7 +57,7 @@ class ControllerEntry(Checked):
     radio: bool = False
     by_default: bool = True
     driving: OptionalName = None
-    eco_margin_s: float | None = Field(None, ge=0.001, le=60.0)
+    eco_margin_s: float | None = Field(None, ge=LEAST_ECO_MARGIN_S, le=GREATEST_ECO_MARGIN_S)
     eco_reserve: bool = False
 
 
