@@ -189,7 +189,9 @@ def _command(
             drivers.hurries[train] = now_s > stops.booked_s[train] + manner.late_after_s
         _bound(bounds, train, motion, asked, stops, known, drivers)
         kept = max(bounds[LIMIT, train], hardest)
-        wish = eased_mps(bounds[:, train], train, (speed, gained, braked, downhill), manner)
+        steeper = _steeper_mps(known, train, (front_m, speed), gained, downhill)
+        speeds = speed, gained, braked, downhill, steeper
+        wish = eased_mps(bounds[:, train], train, speeds, manner)
         next_mps[train] = max(min(wish, kept), 0.0)
         ends = asked.eoa_m[train], asked.eoa_by[train], stops.stop_m[train], able.far_m
         bound[train] = _lowest(bounds[:, train], ends)
@@ -222,6 +224,29 @@ def _reach_mps(
         rising, hard = rising_least_mps(manner, train, speed, gained, downhill)
         braked, hardest = max(braked, min(rising, pulled)), max(hardest, min(hard, pulled))
     return gained, downhill, braked, hardest
+
+
+@compiled
+def _steeper_mps(
+    known: tuple[Abilities, Manner],
+    train: int,
+    place: tuple[float, float],
+    gained: float,
+    downhill: float,
+) -> float:
+    """Return how much more from step to step the descent gives, until a gain has faded."""
+    (able, manner), (front_m, speed) = known, place
+    if manner.rise_mps[train] == np.inf:
+        return 0.0
+    steps = 2.0 + max(gained - downhill, 0.0) / manner.jerk_mps[train]
+    steps += max(downhill, 0.0) / manner.rise_mps[train]
+    level = able.braking.service_mps2[train] * able.step_s
+    steeper = 0.0
+    for share in (0.5, 1.0):
+        there_m = min(front_m + share * steps * speed * able.step_s, able.far_m)
+        then = level - braking_loss_mps(able.braking, train, there_m, speed, able.step_s)
+        steeper = max(steeper, (then - downhill) / (share * steps))
+    return steeper
 
 
 @compiled

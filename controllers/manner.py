@@ -25,6 +25,8 @@ from kankaku.railway.step.control import Bound
 ROUNDING_S = 1e-6
 FASTER_MPS = 0.1
 """Drivers take no notice of less. [m/s]"""
+LEAST_FADE = 0.1
+"""Of what a gain may fade by; where the line bends more sharply, the train is too fast. [-]"""
 CEILING, ADVICE = int(Bound.CEILING), int(Bound.ADVICE)
 
 
@@ -167,7 +169,7 @@ def rising_least_mps(
 def eased_mps(
     bounds_mps: FloatArray,
     train: int,
-    speeds_mps: tuple[float, float, float, float],
+    speeds_mps: tuple[float, float, float, float, float],
     manner: Manner,
 ) -> float:
     """
@@ -181,7 +183,8 @@ def eased_mps(
         Its row.
     speeds_mps
         Its speed, what it gains with traction or brake as in the last step, the least speed
-        after this one by its service brake, and what the descent alone gives it in one. [m/s]
+        after this one by its service brake, what the descent alone gives it in one, and by how
+        much that grows from step to step where the line gets steeper. [m/s]
     manner
         How trains are driven.
 
@@ -190,12 +193,15 @@ def eased_mps(
     float
         The speed. [m/s]
     """
-    speed, gained, least, downhill = speeds_mps
+    speed, gained, least, downhill, steeper = speeds_mps
     wish, rise = bounds_mps.min(), manner.rise_mps[train]
     if rise < np.inf:
         wish = min(wish, speed + gained + manner.jerk_mps[train])
         left = min(bounds_mps[CEILING], bounds_mps[ADVICE]) - speed
-        wish = min(wish, speed + fading_mps(left, manner.jerk_mps[train], rise, downhill))
+        # What the descent gives more and more of does not fade.
+        fades = max(manner.jerk_mps[train] - steeper, LEAST_FADE * manner.jerk_mps[train])
+        braked = max(rise - steeper, LEAST_FADE * rise)
+        wish = min(wish, speed + fading_mps(left, fades, braked, downhill))
     return float(max(wish, least))
 
 

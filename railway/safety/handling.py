@@ -124,7 +124,8 @@ class Handling:
         before = np.searchsorted(self._boundaries_m, block.front_m[:-1], side="left")
         after = np.searchsorted(self._boundaries_m, block.front_m[1:], side="left")
         entered = np.minimum(before, self._boundaries_m.size - 1)
-        enters = (after > before) & self._enters[block.rows, entered]
+        # Whoever a sudden obstruction came too near to is braking already.
+        enters = (after > before) & self._enters[block.rows, entered] & ~block.surprised[1:]
         over_m = np.full(block.present.shape, -np.inf)
         if enters.any():
             speed_mps = block.speed_mps[1:]

@@ -49,6 +49,13 @@ def test_no_two_modules_have_one_name() -> None:
     assert not {name: found for name, found in named.items() if len(found) > 1}
 
 
+def test_no_two_test_modules_have_one_name() -> None:
+    """They would be one to Python, which refuses the second."""
+    names = [file.name for file in (PROJECT / "tests").rglob("test_*.py")]
+    assert names
+    assert sorted(names) == sorted(set(names))
+
+
 def test_no_two_classes_have_one_name() -> None:
     named = defaultdict(list)
     for module, tree in MODULES.items():

@@ -61,6 +61,14 @@ def test_no_delay_makes_trains_meet_in_any_style(
     assert record.completed.all()
 
 
+def test_a_driver_eases_off_in_time_where_the_line_gets_steeper() -> None:
+    gradual = replace(commuter_train(), jerk_mps3=0.375)
+    scenario = dense(gradual, DrivingStyle(), 35.0, 0.1)
+    controller = controller_of(world_of(scenario), protection="digital_atc")
+    record, _ = run(scenario, controller=controller, delay_s=np.zeros((5, 2)))
+    assert record.violations == ()
+
+
 class Unready(TractionDrive):
     """Brakes for the end of its authority as if the whole brake were there at once."""
 

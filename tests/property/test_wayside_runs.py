@@ -132,3 +132,19 @@ def test_no_train_is_ever_in_what_is_not_proven_for_it(protection: str) -> None:
         assert assert_points_lay_for_everybody(scenario, record, engine) >= 4
 
     keeps_out()
+
+
+def test_who_is_braking_for_a_sudden_obstacle_needs_no_idle_time_at_the_next_block() -> None:
+    scenario = loop_station_scenario(4, 60.0, block_m=250.0)
+    line = replace(scenario.line, crossings=(Crossing("road", 700.0, 708.0, 250.0, 0.0),))
+    obstacle = Obstacle("road", 25_362.0, 25_367.0)
+    scenario = replace(scenario, line=line, disruptions=Disruptions(obstacles=(obstacle,)))
+    world = world_of(scenario)
+    controller = controller_of(world, protection="multi_step_atc")
+    nobody_late_s = np.zeros((world.size, world.stop_m.shape[1] - 1))
+    record, engine = run(scenario, controller=controller, delay_s=nobody_late_s)
+    enters = (engine.front_m[:-1] < 500.0) & (engine.front_m[1:] >= 500.0)
+    brakes = engine.speed_mps[1:] < engine.speed_mps[:-1]
+    found = (engine.time_s >= 25_362.0) & (engine.time_s < 25_367.0)
+    assert (enters & brakes)[found[:-1]].any()
+    assert record.violations == ()
