@@ -230,6 +230,19 @@ class LineState(NamedTuple):
         """The fields of :class:`Whereabouts`."""
         return self.front_m, self.tail_m, self.speed_mps, self.present, self.running
 
+    @property
+    def lasting(self) -> Plain:
+        """The fields of :class:`~kankaku.railway.step.bundles.Lasting`."""
+        return (
+            self.leader,
+            self.follows,
+            self.granted_to_m,
+            self.granted_by,
+            self.next_call,
+            self.stop_m,
+            self.arrival_s,
+        )
+
 
 class RadioPermission(NamedTuple):
     """What trains know that take their commands by radio; arrays of shape (n_trains,)."""
