@@ -99,7 +99,7 @@ def offered(thing: object, offer: str, *stands_for: str) -> bool:
     classes = type(thing).__mro__
     owners = [place for place, one in enumerate(classes) if offer in vars(one)]
     own = getattr(thing, "__dict__", {})
-    if not owners or any(name in own for name in stands_for):
+    if not owners or any(name in own for name in stands_for) or not hasattr(thing, offer):
         return False
     above = classes[owners[0] :]
     return all(
