@@ -215,8 +215,9 @@ def _command(
 
 @compiled
 def _drive(
-    now_s: float, whereabouts: Plain, authority: Plain, advice: Plain, fields: Plain
+    instant: Plain, authority: Plain, advice: Plain, fields: Plain
 ) -> tuple[FloatArray, IntArray]:
+    now_s, whereabouts, _, _ = instant
     (eoa_m, ceiling_mps, delay_s, eoa_by, _), (stops, trains, drivers, nobody) = authority, fields
     asked = eoa_m, delay_s, eoa_by, ceiling_mps, advice[0], nobody
     next_mps, _, bound = _command(now_s, whereabouts, asked, stops, trains, drivers)

@@ -181,7 +181,7 @@ class EcoMargin:
         AttributeError
             If the operation below offers none.
         """
-        if not offered(self._operation, "steps", "advise", "initial"):
+        if not offered(self._operation, "steps", "advise"):
             msg = f"{type(self._operation).__name__} offers no compiled step"
             raise AttributeError(msg)
         return self._steps
@@ -291,18 +291,12 @@ def _lowered(
 def _lowering(advise: Callable[..., Any]) -> Callable[..., Any]:
     """Return the compiled step of this layer over that of an operation."""
 
-    def lowered(  # noqa: PLR0917 - as bundles want it
-        now_s: float,
-        whereabouts: Plain,
-        lasting: Plain,
-        authority: Plain,
-        fields: Plain,
-        memory: Plain,
+    def lowered(
+        instant: Plain, authority: Plain, fields: Plain, memory: Plain
     ) -> tuple[Plain, Plain, bool]:
         inner, plans, word = fields
-        asked, memory_after, asks = advise(
-            now_s, whereabouts, lasting, authority, inner, memory
-        )
+        asked, memory_after, asks = advise(instant, authority, inner, memory)
+        now_s, whereabouts, _, _ = instant
         return _lowered(now_s, whereabouts, asked, plans, word), memory_after, asks
 
     return compiled_with(lowered, advise)

@@ -142,9 +142,7 @@ class ApproachPointControl:
         if state.events:
             memory = self._plan(state, memory)
         told, _, _ = _advise(
-            state.time_s,
-            state.whereabouts,
-            state.lasting,
+            state.instant,
             tuple(authority[:5]),
             self._fields(memory),
             (),
@@ -367,14 +365,13 @@ def _follow(
 
 
 @compiled
-def _advise(  # noqa: PLR0917 - as bundles want it
-    now_s: float,
-    whereabouts: Plain,
-    lasting: Plain,
-    authority: Plain,
+def _advise(
+    instant: Plain,
+    authority: Plain,  # noqa: ARG001 - as bundles want it
     fields: Plain,
     memory: Plain,
 ) -> tuple[Plain, Plain, bool]:
+    now_s, whereabouts, _, _ = instant
     nothing, leader, asked, (braking, step_s, begins_s) = fields
     if now_s < begins_s:
         return nothing, memory, False

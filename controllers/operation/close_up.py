@@ -64,13 +64,23 @@ class CloseUp:
 
 
 @compiled
-def always(  # noqa: PLR0917 - as bundles want it
-    now_s: float,
-    whereabouts: Plain,
-    lasting: Plain,
-    authority: Plain,
+def always(
+    instant: Plain,  # noqa: ARG001 - as bundles want it
+    authority: Plain,  # noqa: ARG001
     fields: Plain,
     memory: Plain,
 ) -> tuple[Plain, Plain, bool]:
-    """Advise the same in every step; see :mod:`kankaku.railway.step.bundles`."""
+    """
+    Advise the same in every step.
+
+    Parameters
+    ----------
+    instant, authority, fields, memory
+        As :mod:`kankaku.railway.step.bundles` says; the fields are the advice.
+
+    Returns
+    -------
+    tuple[Plain, Plain, bool]
+        The advice, and that Python need not be asked.
+    """
     return fields, memory, False

@@ -267,16 +267,12 @@ def _follow(
 
 
 @compiled
-def _advise(  # noqa: PLR0917 - as bundles want it
-    now_s: float,
-    whereabouts: Plain,
-    lasting: Plain,
-    authority: Plain,
-    fields: Plain,
-    memory: Plain,
+def _advise(
+    instant: Plain, authority: Plain, fields: Plain, memory: Plain
 ) -> tuple[Plain, Plain, bool]:
+    now_s, whereabouts, _, _ = instant
     told, behind = _follow(now_s, whereabouts, (authority[0], authority[2]), fields)
-    return told, memory, behind.any()
+    return told, memory, bool(behind.any())
 
 
 @compiled

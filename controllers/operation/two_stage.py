@@ -93,9 +93,7 @@ class TwoStage:
         if self._pre_deceleration and (state.events or state.time_s >= memory.next_release_s):
             memory = self._plan(state)
         told, _, _ = _advise(
-            state.time_s,
-            state.whereabouts,
-            state.lasting,
+            state.instant,
             tuple(authority[:5]),
             self._fields(memory),
             (),
@@ -185,14 +183,10 @@ def _lowest(
 
 
 @compiled
-def _advise(  # noqa: PLR0917 - as bundles want it
-    now_s: float,
-    whereabouts: Plain,
-    lasting: Plain,
-    authority: Plain,
-    fields: Plain,
-    memory: Plain,
+def _advise(
+    instant: Plain, authority: Plain, fields: Plain, memory: Plain
 ) -> tuple[Plain, Plain, bool]:
+    _, whereabouts, _, lasting = instant
     (eoa_m, _, _, eoa_by, _), known, (planned_mps, rates) = authority, Lasting(*lasting), fields
     ahead = known.stop_m, known.leader, known.follows
     return _lowest(whereabouts, (eoa_m, eoa_by), ahead, planned_mps, rates), memory, False

@@ -33,7 +33,14 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import Lasting, LayerSteps
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, AtOnce, Authority, LineState, Whereabouts
+from kankaku.railway.step.state import (
+    NOTHING,
+    AtOnce,
+    Authority,
+    LineState,
+    Whereabouts,
+    authority_of,
+)
 from kankaku.railway.wayside.detection import Sight, look
 
 KMH_PER_MPS = 3.6
@@ -162,14 +169,11 @@ class Atd:
         """Return the authority of every train."""
         sight = self._detection.look_ahead(state, memory.sight)
         told, after = _protect(
-            state.time_s,
-            state.whereabouts,
-            state.clear_to_m,
-            state.lasting,
+            state.instant,
             self._fields,
             (tuple(sight), memory.brake_mps2, memory.tripped),
         )
-        authority = Authority(*told, self._at_once.permission(told[0]))
+        authority = authority_of(told, self._at_once.permission(told[0]))
         return authority, Braked(sight, *after[1:])
 
     def steps(self, state: LineState, memory: Braked) -> LayerSteps:
@@ -284,14 +288,8 @@ def _authorise(
 
 
 @compiled
-def _protect(  # noqa: PLR0917 - as bundles want it
-    now_s: float,
-    whereabouts: Plain,
-    clear_to_m: FloatArray,
-    lasting: Plain,
-    fields: Plain,
-    memory: Plain,
-) -> tuple[Plain, Plain]:
+def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain]:
+    now_s, whereabouts, _, lasting = instant
     circuits, patterns, control, ceiling, delay_s = fields
     before, brake_mps2, tripped = memory
     known = Lasting(*lasting)

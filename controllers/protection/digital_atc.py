@@ -34,7 +34,14 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import Lasting, LayerSteps
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, AtOnce, Authority, LineState, Whereabouts
+from kankaku.railway.step.state import (
+    NOTHING,
+    AtOnce,
+    Authority,
+    LineState,
+    Whereabouts,
+    authority_of,
+)
 from kankaku.railway.wayside.detection import Sight, look
 
 
@@ -100,14 +107,11 @@ class DigitalAtc:
         """Return the authority of every train."""
         sight = self._detection.look_ahead(state, memory)
         told, _ = _protect(
-            state.time_s,
-            state.whereabouts,
-            state.clear_to_m,
-            state.lasting,
+            state.instant,
             self._fields,
             tuple(sight),
         )
-        return Authority(*told, self._at_once.permission(told[0])), sight
+        return authority_of(told, self._at_once.permission(told[0])), sight
 
     def steps(self, state: LineState, memory: Sight) -> LayerSteps:
         """Return the compiled step."""
@@ -192,14 +196,8 @@ def _authorise(
 
 
 @compiled
-def _protect(  # noqa: PLR0917 - as bundles want it
-    now_s: float,
-    whereabouts: Plain,
-    clear_to_m: FloatArray,
-    lasting: Plain,
-    fields: Plain,
-    memory: Plain,
-) -> tuple[Plain, Plain]:
+def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain]:
+    now_s, whereabouts, _, lasting = instant
     circuits, pattern, ceiling, delay_s = fields
     known = Lasting(*lasting)
     granted = known.granted_to_m, known.granted_by

@@ -36,6 +36,7 @@ from kankaku.railway.step.state import (
     Authority,
     LineState,
     Whereabouts,
+    authority_of,
 )
 
 ENTERED_M = 1.0
@@ -164,14 +165,11 @@ class MovingBlock:
             rows = np.arange(self._world.size)
             memory = Ahead(state.calls_version, self._world.platform_m[:, rows, state.next_call])
         told, _ = _protect(
-            state.time_s,
-            state.whereabouts,
-            state.clear_to_m,
-            state.lasting,
+            state.instant,
             self._fields(memory),
             (),
         )
-        return Authority(*told, self._at_once.permission(told[0])), memory
+        return authority_of(told, self._at_once.permission(told[0])), memory
 
     def _fields(self, memory: Ahead) -> Plain:
         always = self._delays_s, self._own_ceiling
@@ -274,14 +272,8 @@ def _authorise(
 
 
 @compiled
-def _protect(  # noqa: PLR0917 - as bundles want it
-    now_s: float,
-    whereabouts: Plain,
-    clear_to_m: FloatArray,
-    lasting: Plain,
-    fields: Plain,
-    memory: Plain,
-) -> tuple[Plain, Plain]:
+def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain]:
+    _, whereabouts, clear_to_m, lasting = instant
     section_m, spacing, ceiling, (delay_s, own_ceiling) = fields
     known = Lasting(*lasting)
     obstacles = clear_to_m, known.granted_by, known.leader, known.follows, section_m

@@ -23,7 +23,14 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import Lasting, LayerSteps
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, AtOnce, Authority, LineState, Whereabouts
+from kankaku.railway.step.state import (
+    NOTHING,
+    AtOnce,
+    Authority,
+    LineState,
+    Whereabouts,
+    authority_of,
+)
 from kankaku.railway.wayside.detection import Sight, look
 from kankaku.railway.wayside.tiling import Tiling, place_of, place_of_front
 
@@ -167,14 +174,11 @@ class MultiStepAtc:
         """Return the authority of every train."""
         sight = self._detection.look_ahead(state, memory.sight)
         told, after = _protect(
-            state.time_s,
-            state.whereabouts,
-            state.clear_to_m,
-            state.lasting,
+            state.instant,
             self._fields,
             (tuple(sight), memory.onboard),
         )
-        authority = Authority(*told, self._at_once.permission(told[0]))
+        authority = authority_of(told, self._at_once.permission(told[0]))
         return authority, Shown(sight, after[1])
 
     def steps(self, state: LineState, memory: Shown) -> LayerSteps:
@@ -287,14 +291,8 @@ def _authorise(
 
 
 @compiled
-def _protect(  # noqa: PLR0917 - as bundles want it
-    now_s: float,
-    whereabouts: Plain,
-    clear_to_m: FloatArray,
-    lasting: Plain,
-    fields: Plain,
-    memory: Plain,
-) -> tuple[Plain, Plain]:
+def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain]:
+    now_s, whereabouts, _, lasting = instant
     circuits, signals, ceiling, delay_s = fields
     before, carried = memory
     known = Lasting(*lasting)

@@ -22,7 +22,14 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import Lasting, LayerSteps
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, AtOnce, Authority, LineState, Whereabouts
+from kankaku.railway.step.state import (
+    NOTHING,
+    AtOnce,
+    Authority,
+    LineState,
+    Whereabouts,
+    authority_of,
+)
 
 EXACT_M = 0.01
 """How exactly the place of a stand is found, on the near side. [m]"""
@@ -88,14 +95,11 @@ class RelativeBraking:
     def authorise(self, state: LineState, memory: tuple[()]) -> tuple[Authority, tuple[()]]:
         """Return the authority of every train."""
         told, _ = _protect(
-            state.time_s,
-            state.whereabouts,
-            state.clear_to_m,
-            state.lasting,
+            state.instant,
             self._fields,
             (),
         )
-        return Authority(*told, self._at_once.permission(told[0])), memory
+        return authority_of(told, self._at_once.permission(told[0])), memory
 
     def steps(self, state: LineState, memory: tuple[()]) -> LayerSteps:
         """Return the compiled step."""
@@ -194,14 +198,8 @@ def _eoas_m(
 
 
 @compiled
-def _protect(  # noqa: PLR0917 - as bundles want it
-    now_s: float,
-    whereabouts: Plain,
-    clear_to_m: FloatArray,
-    lasting: Plain,
-    fields: Plain,
-    memory: Plain,
-) -> tuple[Plain, Plain]:
+def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain]:
+    _, whereabouts, _, lasting = instant
     leaders, ceiling, delay_s, own_ceiling = fields
     known = Lasting(*lasting)
     granted, ahead = (known.granted_to_m, known.granted_by), (known.leader, known.follows)

@@ -135,9 +135,7 @@ class StochasticApproach:
         if changed or state.time_s >= memory.decided_s + DECIDE_S - ROUNDING_S:
             memory = self._decide(state, authority, memory)
         told, _, _ = _follow(
-            state.time_s,
-            state.whereabouts,
-            state.lasting,
+            state.instant,
             tuple(authority[:5]),
             (memory.cap_mps, memory.stays, self._rates),
             (memory.planned_mps, memory.rate_mps2, memory.decided_s),
@@ -146,6 +144,7 @@ class StochasticApproach:
 
     def steps(self, state: LineState, memory: ReleasePlans) -> LayerSteps:
         """Return the compiled step, in which accelerations are chosen, too, as far as it can."""
+        del state
         followed = memory.cap_mps, memory.stays, self._rates
         after = memory.planned_mps, memory.rate_mps2, memory.decided_s
         sites, stack = self._site_numbers(memory.approaches), self._tables.stack
@@ -329,14 +328,10 @@ def _ceilings(
 
 
 @compiled
-def _follow(  # noqa: PLR0917 - as bundles want it
-    now_s: float,
-    whereabouts: Plain,
-    lasting: Plain,
-    authority: Plain,
-    fields: Plain,
-    memory: Plain,
+def _follow(
+    instant: Plain, authority: Plain, fields: Plain, memory: Plain
 ) -> tuple[Plain, Plain, bool]:
+    now_s, whereabouts, _, lasting = instant
     (eoa_m, _, _, eoa_by, _), known = authority, Lasting(*lasting)
     (cap_mps, stay, rates), (planned_mps, rate_mps2, decided_s) = fields, memory
     running = Whereabouts(*whereabouts).running
@@ -347,17 +342,13 @@ def _follow(  # noqa: PLR0917 - as bundles want it
 
 
 @compiled
-def _choose_and_follow(  # noqa: PLR0917 - as bundles want it
-    now_s: float,
-    whereabouts: Plain,
-    lasting: Plain,
-    authority: Plain,
-    fields: Plain,
-    memory: Plain,
+def _choose_and_follow(
+    instant: Plain, authority: Plain, fields: Plain, memory: Plain
 ) -> tuple[Plain, Plain, bool]:
+    now_s, whereabouts, _, _ = instant
     followed, (known, approaching, tables) = fields
     if now_s >= memory[2] + DECIDE_S - ROUNDING_S:
         rate_mps2 = choose(now_s, whereabouts, known, approaching, tables)
         # The speeds themselves go on changing.
         memory = Whereabouts(*whereabouts).speed_mps.copy(), rate_mps2, now_s
-    return _follow(now_s, whereabouts, lasting, authority, followed, memory)
+    return _follow(instant, authority, followed, memory)

@@ -24,6 +24,7 @@ from kankaku.asking import (
 from kankaku.commands.shared_options import (
     OUT,
     PROCESSORS,
+    Engine,
     Fresh,
     Jobs,
     MayBeNamed,
@@ -36,6 +37,7 @@ from kankaku.commands.shared_options import (
     Step,
     Version,
 )
+from kankaku.railway.step.engine_ways import EVERY_STEP
 
 RUN = "run"
 """The command that need not be named."""
@@ -107,6 +109,7 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
     jobs: Jobs = PROCESSORS,
     out: Out = OUT,
     fresh: Fresh = False,
+    engine: Engine = EVERY_STEP,
     gui: Annotated[bool, typer.Option("--gui", help="Show the runs in sumo-gui.")] = False,
     list_controllers: Annotated[
         bool,
@@ -134,6 +137,7 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
         "jobs": jobs,
         "gui": gui,
         "fresh": fresh,
+        "engine": engine,
     }
     _end(run_shown.compare(scenario, out, choices))
 
@@ -149,6 +153,7 @@ def across(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
     jobs: Jobs = PROCESSORS,
     out: Out = OUT,
     fresh: Fresh = False,
+    engine: Engine = EVERY_STEP,
 ) -> None:
     """Run the same controllers in several scenarios, and compare them in one table."""
     from kankaku.commands.across_shown import compare_across
@@ -161,6 +166,7 @@ def across(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
         "step_s": step,
         "jobs": jobs,
         "fresh": fresh,
+        "engine": engine,
     }
     _end(compare_across(scenarios, out, choices))
 

@@ -37,16 +37,17 @@ class Bundling:
         recorder: Recorder,
         until_s: float,
     ) -> None:
-        self._engine, self._controller = engine, controller
-        self._tracker, self._recorder, self._until_s = tracker, recorder, until_s
-        layers = (
-            (controller.protection, ("authorise", "initial")),
-            (controller.operation, ("advise", "initial")),
+        self._engine = engine
+        # Layers that offer steps have more than their contracts say.
+        self._layers: tuple[Any, Any, Any] = (
+            controller.protection,
+            controller.operation,
+            controller.drive,
         )
-        self.possible = (
-            offered(engine, "span", "observe", "apply", "advance", "hold")
-            and offered(controller.drive, "steps", "command")
-            and all(offered(layer, "steps", *methods) for layer, methods in layers)
+        self._tracker, self._recorder, self._until_s = tracker, recorder, until_s
+        self.possible = offered(engine, "span", "observe", "apply", "advance", "hold") and all(
+            offered(layer, "steps", method)
+            for layer, method in zip(self._layers, ("authorise", "advise", "command"), strict=True)
         )
         """Whether all of them offer compiled steps."""
         self._prepared: tuple[LayerSteps, LayerSteps, LayerSteps] | None = None
@@ -112,21 +113,16 @@ class Bundling:
             advise._replace(memory=planned),
             drive,
         )
-        controller = self._controller
+        protection, operation = self._layers[:2]
         return taken, (
-            controller.protection.resumed(memories[0], permitted),
-            controller.operation.resumed(memories[1], planned),
+            protection.resumed(memories[0], permitted),
+            operation.resumed(memories[1], planned),
         )
 
     def _prepare(
         self, state: LineState, memories: tuple[Any, Any]
     ) -> tuple[LayerSteps, LayerSteps, LayerSteps]:
-        layers: tuple[Any, Any, Any] = (
-            self._controller.protection,
-            self._controller.operation,
-            self._controller.drive,
-        )
-        protection, operation, drive = layers
+        protection, operation, drive = self._layers
         return (
             protection.steps(state, memories[0]),
             operation.steps(state, memories[1]),

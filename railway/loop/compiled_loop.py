@@ -126,16 +126,13 @@ def steps_of(
             clear_to_m = lasting.granted_to_m.copy()
             lower_to_tails(clear_to_m, tail_m, lasting.leader, lasting.follows)
             trains = front_m, tail_m, speed_mps, watched.present, watched.running
-            authority, permitted_after = protect(
-                now_s, trains, clear_to_m, plains[2], guarding, permitted
-            )
-            advice, planned_after, asks = advise(
-                now_s, trains, plains[2], authority, operating, planned
-            )
+            instant = now_s, trains, clear_to_m, plains[2]
+            authority, permitted_after = protect(instant, guarding, permitted)
+            advice, planned_after, asks = advise(instant, authority, operating, planned)
             if asks:
                 break
             permitted, planned = permitted_after, planned_after
-            next_mps, bound = command(now_s, trains, authority, advice, driving)
+            next_mps, bound = command(instant, authority, advice, driving)
             at = kept.at + step
             kept.time_s[at] = now_s
             kept.front_m[at] = front_m

@@ -142,7 +142,7 @@ class PlainEngine:
             stop_s = min(stop_s, float(booked_s[self._waiting].min()))
         if now_s >= stop_s - ROUNDING_S:
             return None
-        steps = np.arange(self._steps, self._steps + MOST_STEPS)
+        steps = np.arange(self._steps, self._steps + MOST_STEPS, dtype=np.float64)
         return Span(
             self._begin_s + steps * self._step_s,
             self._step_s,

@@ -9,10 +9,12 @@ tables are the same to the last bit either way.
 The signatures of compiled steps, with plain tuples throughout (see
 :func:`kankaku.railway.compiled.plain`)::
 
-    protection(now_s, whereabouts, clear_to_m, lasting, fields, memory) -> (authority, memory)
-    operation(now_s, whereabouts, lasting, authority, fields, memory) -> (advice, memory, asks)
-    drive(now_s, whereabouts, authority, advice, fields) -> (speed_mps, bound)
+    protection(instant, fields, memory) -> (authority, memory)
+    operation(instant, authority, fields, memory) -> (advice, memory, asks)
+    drive(instant, authority, advice, fields) -> (speed_mps, bound)
 
+``instant`` is the time, the fields of :class:`~kankaku.railway.step.state.Whereabouts`, how far the
+way of each train is clear, and the fields of :class:`Lasting`;
 ``authority`` are the first five fields of :class:`~kankaku.railway.step.state.Authority`,
 ``advice`` those of :class:`~kankaku.railway.step.state.Advice`. What steps are given they do not
 write to, but for what the drive remembers. ``asks`` says that the operation has to be asked in

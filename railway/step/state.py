@@ -233,15 +233,14 @@ class LineState(NamedTuple):
     @property
     def lasting(self) -> Plain:
         """The fields of :class:`~kankaku.railway.step.bundles.Lasting`."""
-        return (
-            self.leader,
-            self.follows,
-            self.granted_to_m,
-            self.granted_by,
-            self.next_call,
-            self.stop_m,
-            self.arrival_s,
-        )
+        granted = self.granted_to_m, self.granted_by
+        calls = self.next_call, self.stop_m, self.arrival_s
+        return (self.leader, self.follows, *granted, *calls)
+
+    @property
+    def instant(self) -> Plain:
+        """What compiled steps of layers read; see :mod:`kankaku.railway.step.bundles`."""
+        return self.time_s, self.whereabouts, self.clear_to_m, self.lasting
 
 
 class RadioPermission(NamedTuple):
@@ -298,6 +297,26 @@ class Authority(NamedTuple):
     """What is ahead that makes the ceiling low; ``NOTHING`` where it is the line's own."""
     permission: RadioPermission
     """What came by radio; from :class:`AtOnce` for a protection that needs none."""
+
+
+def authority_of(told: Plain, permission: RadioPermission) -> Authority:
+    """
+    Return the authority of what a compiled step tells.
+
+    Parameters
+    ----------
+    told
+        All fields of :class:`Authority` but the last.
+    permission
+        The last one.
+
+    Returns
+    -------
+    Authority
+        With its names.
+    """
+    eoa_m, ceiling_mps, delay_s, eoa_by, ceiling_by = told
+    return Authority(eoa_m, ceiling_mps, delay_s, eoa_by, ceiling_by, permission)
 
 
 class Advice(NamedTuple):
