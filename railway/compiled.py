@@ -73,7 +73,9 @@ def formula(function: Function) -> Function:
     Function
         The same, compiled.
     """
-    made = _cached(lambda cache: numba.njit(cache=cache, error_model="numpy", _nrt=False)(function))
+    # The option is numba's own: without it every call counts who uses each array.
+    njit: Any = numba.njit
+    made = _cached(lambda cache: njit(cache=cache, error_model="numpy", _nrt=False)(function))
     files = _SOURCES[id(made)] = _sources(function)
     _watch(made, files)
     return cast("Function", made)
