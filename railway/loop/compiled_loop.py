@@ -18,8 +18,12 @@ class Watched(NamedTuple):
 
     until_s: float
     """A step that begins at this time or later needs Python. [s]"""
+    front_watch_m: FloatArray
+    """So does one in which a front has come here, where signalling waits for it. [m], (n_trains,)"""
+    tail_watch_m: FloatArray
+    """The same of tails. [m], shape (n_trains,)"""
     next_clear_m: FloatArray
-    """So does one in which a tail has come here. [m], shape (n_trains,)"""
+    """So does one in which a tail has left its track. [m], shape (n_trains,)"""
     ready: IntArray
     """So does one in which one of these trains has departed. shape (n_ready,)"""
     length_m: FloatArray
@@ -68,13 +72,17 @@ def _is_engines(span: Span, front_m: FloatArray, speed_mps: FloatArray) -> bool:
 
 
 @formula
-def _is_trackers(watched: Watched, tail_m: FloatArray, speed_mps: FloatArray) -> bool:
-    """Return whether a tail has left a track, or a train has departed."""
+def _is_trackers(
+    watched: Watched, front_m: FloatArray, tail_m: FloatArray, speed_mps: FloatArray
+) -> bool:
+    """Return whether a train has come to where somebody waits for it, or has departed."""
     for row in watched.ready:
         if speed_mps[row] > 0.0:
             return True
     for row in range(tail_m.size):
         if watched.present[row] and tail_m[row] >= watched.next_clear_m[row]:
+            return True
+        if front_m[row] >= watched.front_watch_m[row] or tail_m[row] >= watched.tail_watch_m[row]:
             return True
     return False
 
@@ -121,7 +129,7 @@ def steps_of(
             if now_s >= until_s or _is_engines(span, front_m, speed_mps):
                 break
             tail_m = front_m - watched.length_m
-            if _is_trackers(watched, tail_m, speed_mps):
+            if _is_trackers(watched, front_m, tail_m, speed_mps):
                 break
             clear_to_m = lasting.granted_to_m.copy()
             lower_to_tails(clear_to_m, tail_m, lasting.leader, lasting.follows)

@@ -76,9 +76,11 @@ class Tracker:
         """
         if self._asks or self._radio or self._units:
             until_s = -np.inf
-        until_s = min(until_s, self._leaders.next_s, self._wayside.quiet_until_s)
+        next_s, front_watch_m, tail_watch_m = self._wayside.watch
         return Watched(
-            until_s,
+            min(until_s, self._leaders.next_s, next_s),
+            front_watch_m,
+            tail_watch_m,
             self._next_clear_m,
             np.array(self._ready, dtype=np.intp),
             self._world.length_m,

@@ -41,7 +41,8 @@ class Wayside:
         self._rows = np.arange(world.size)
         self._tables_m = world.profile.origin_m, world.far_m
         self._fastest_mps = max(kind.maximum_speed_mps for kind in world.train_types)
-        self._watch_m: tuple[FloatArray, FloatArray] = (np.zeros(0), np.zeros(0))
+        self._nowhere_m = np.full(world.size, np.inf)
+        self._watch_m: tuple[FloatArray, FloatArray] = (self._nowhere_m, self._nowhere_m)
         self._next_s = self._quiet_s = -np.inf
         self._gone: BoolArray = np.zeros(world.size, dtype=np.bool_)
         self._surprise: tuple[FloatArray, FloatArray] = (
@@ -115,11 +116,15 @@ class Wayside:
         return tuple(np.flatnonzero(moved).tolist())
 
     @property
-    def quiet_until_s(self) -> float:
-        """Before this time nothing changes without an event. [s]"""
-        if self.unsettled:
-            return -np.inf
-        return self._quiet_s if self._machines else np.inf
+    def watch(self) -> tuple[float, FloatArray, FloatArray]:
+        """
+        Until when nothing changes without an event [s], as long as no train is past these places.
+
+        Of fronts, and of tails. [m], shape (n_trains,) each
+        """
+        if not self._machines:
+            return np.inf, self._nowhere_m, self._nowhere_m
+        return -np.inf if self.unsettled else self._next_s, *self._watch_m
 
     def settle(self, state: LineState, covered_m: FloatArray) -> None:
         """
