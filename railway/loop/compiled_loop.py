@@ -19,7 +19,7 @@ class Watched(NamedTuple):
     until_s: float
     """A step that begins at this time or later needs Python. [s]"""
     front_watch_m: FloatArray
-    """So does one in which a front has come here, where signalling waits for it. [m], (n_trains,)"""
+    """So does one in which a front has come to where signalling waits. [m], shape (n_trains,)"""
     tail_watch_m: FloatArray
     """The same of tails. [m], shape (n_trains,)"""
     next_clear_m: FloatArray

@@ -10,6 +10,7 @@ from kankaku.railway.errors import sentence_of
 from kankaku.railway.failures.unit_failures import Units
 from kankaku.railway.loop.agreements import FirstStep
 from kankaku.railway.loop.bundling import Bundling, nothing_happened
+from kankaku.railway.loop.garbage import seldom_collected
 from kankaku.railway.loop.recorder import Recorder
 from kankaku.railway.loop.supervising import Supervising
 from kankaku.railway.loop.tracker import Tracker
@@ -69,7 +70,8 @@ def simulate(
     loop = _Loop(run, controller, meters, units)
     failure, left = "", tuple[Unfinished, ...]()
     try:
-        ending = loop.to_the_end(engine, progress)
+        with seldom_collected():
+            ending = loop.to_the_end(engine, progress)
     except Exception as error:
         loop.recorder.flush()
         # An engine may do anything with trains that have met; that they met must be told.
