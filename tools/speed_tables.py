@@ -1,12 +1,12 @@
 """The tables of speed and step for the documentation; see ``tools.results``."""
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
 
-from tools.bench import CONTROLLERS
+from kankaku.railway.step.engine_ways import ENGINES
+from tools.bench import CONTROLLERS, SIZES
 from tools.paper_tables import markdown
 
 OUT = Path(__file__).parents[1] / "out"
@@ -24,30 +24,29 @@ def steps_table() -> str:
 
 
 def bench_table() -> str:
-    """Return the figures of the benchmark."""
+    """Return the computing times of all controllers over that of bare SUMO."""
     figures = json.loads((OUT / "bench.json").read_text(encoding="utf-8"))
+    ratios = figures["ratio_to_sumo"]
     rows = [
-        [
-            f"`{name}`",
-            f"{figures[name]['ratio_to_sumo']:.1f}",
-            f"{figures[name]['train_steps_per_s'] / 1000:.0f} thousand",
-            _planning(figures[name]["planning_ms"]),
-            ", ".join(
-                f"{phase} {100 * share:.0f} %"
-                for phase, share in figures[name]["phase_shares"].items()
-            ),
-        ]
+        [f"`{name}`", *(f"{ratios[engine][name]:.2f}" for engine in ENGINES)]
         for name in CONTROLLERS
     ]
-    header = [
-        "controller",
-        "time over bare SUMO's",
-        "train-steps per second",
-        "planning, median and 99 %",
-        "where it goes",
+    return markdown(["controller", *(f"`{engine}`" for engine in ENGINES)], rows)
+
+
+def growth_table() -> str:
+    """Return what a train-step costs by the number of trains."""
+    figures = json.loads((OUT / "bench.json").read_text(encoding="utf-8"))
+    ways = {
+        "one after another": figures["us_per_train_step"],
+        "together": figures["us_per_train_step_together"],
+    }
+    rows = [
+        [
+            str(trains),
+            *(f"{cost[engine][str(trains)]:.2f}" for cost in ways.values() for engine in ENGINES),
+        ]
+        for trains in SIZES
     ]
-    return markdown(header, rows)
-
-
-def _planning(times_ms: Mapping[str, float]) -> str:
-    return f"{times_ms['median']:.2f}, {times_ms['p99']:.1f} ms" if times_ms else "-"
+    header = [f"{way}, `{engine}`" for way in ways for engine in ENGINES]
+    return markdown(["trains", *header], rows)
