@@ -44,6 +44,7 @@ STUDY = (
     ),
 )
 STUDY_TABLES: Mapping[str, tuple[Column, ...]] = {"study": STUDY}
+UNTIL = "--until"
 _UNTIL = re.compile(r"\s*([A-Za-z]\w*)\s*(?:±|\+/?-)\s*([0-9]*\.?[0-9]+)\s*(\S+)\s*")
 
 
@@ -191,16 +192,16 @@ def precision_of(text: str) -> Precision:
     found = _UNTIL.fullmatch(text)
     if found is None:
         example = '"interstation_stop_time_s ±2 %" or "interstation_stop_time_s +-5 s"'
-        raise PrecisionError("--until", f"{text!r} is no indicator with a precision", example)
+        raise PrecisionError(UNTIL, f"{text!r} is no indicator with a precision", example)
     name, width, unit = found[1], float(found[2]), found[3]
     if name not in COMPARED:
         allowed = suggesting(name, tuple(COMPARED), ", ".join(COMPARED))
-        raise PrecisionError("--until", f"{name!r} is no indicator", allowed)
+        raise PrecisionError(UNTIL, f"{name!r} is no indicator", allowed)
     units = ["%", *filter(None, [INDICATOR_OF[name].column.unit])]
     if unit not in units:
-        raise PrecisionError("--until", f"{name} in {unit!r}", " or ".join(units))
+        raise PrecisionError(UNTIL, f"{name} in {unit!r}", " or ".join(units))
     if width <= 0.0:
-        raise PrecisionError("--until", f"{name} ±{width:g} {unit}", "more than 0")
+        raise PrecisionError(UNTIL, f"{name} ±{width:g} {unit}", "more than 0")
     return Precision(name, width, unit)
 
 

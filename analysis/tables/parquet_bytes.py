@@ -25,11 +25,12 @@ WRITER: Mapping[str, Any] = {
     "data_page_version": "1.0",
     "compression": "zstd",
     "compression_level": 3,
-    "row_group_size": 1 << 20,
     "write_statistics": False,
     "store_schema": False,
 }
 """Said in full, so that another default of another version changes no bytes."""
+MOST_ROWS = 1 << 20
+"""Of a row group. [-]"""
 
 
 def parquet_bytes(frame: pd.DataFrame, columns: Sequence[Column], note: Mapping[str, Any]) -> bytes:
@@ -48,17 +49,18 @@ def parquet_bytes(frame: pd.DataFrame, columns: Sequence[Column], note: Mapping[
     Returns
     -------
     bytes
-        The same for the same table and note. Numbers that are missing are nan.
+        The same for the same table and note. Numbers that are missing (nan) are null.
     """
     schema = pa.schema([(column.name, TYPES[column.dtype]) for column in columns])
     arrays = [
-        pa.array(frame[field.name].to_numpy(dtype=_plain(field.type)), field.type)
+        pa.array(frame[field.name].to_numpy(dtype=_plain(field.type)), field.type, from_pandas=True)
         for field in schema
     ]
     told = json.dumps(note, sort_keys=True, ensure_ascii=False, separators=(",", ":"))
-    table = pa.Table.from_arrays(arrays, schema=schema.with_metadata({NOTE: told.encode()}))
     buffer = io.BytesIO()
-    pq.write_table(table, buffer, **WRITER)
+    with pq.ParquetWriter(buffer, schema, **WRITER) as writer:
+        writer.write_table(pa.Table.from_arrays(arrays, schema=schema), MOST_ROWS)
+        writer.add_key_value_metadata({NOTE: told})
     return buffer.getvalue()
 
 
