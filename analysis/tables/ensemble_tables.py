@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from kankaku.analysis.tables.columns import rows_frame, rows_of
-from kankaku.analysis.tables.compare import comparison, half_width
+from kankaku.analysis.tables.compare import comparison, half_width, student
 from kankaku.analysis.tables.indicators import COMPARED, INDICATOR_OF
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.errors import KankakuError, suggesting
@@ -110,9 +110,15 @@ def running_means(values: FloatArray) -> tuple[FloatArray, FloatArray]:
     tuple[FloatArray, FloatArray]
         Means, and half the widths of their 95 % intervals (nan of the first). shape (n,) each
     """
-    means = np.cumsum(values) / np.arange(1, values.size + 1)
-    halves = np.array([half_width(values[:count]) for count in range(1, values.size + 1)])
-    return means, halves
+    counts = np.arange(1, values.size + 1)
+    # Counted from their mean, so that squares lose no digits.
+    middle = float(values.mean()) if values.size else 0.0
+    sums = np.cumsum(values - middle)
+    squares = np.cumsum((values - middle) ** 2)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        variances = np.maximum(squares - sums**2 / counts, 0.0) / (counts - 1)
+        halves: FloatArray = student(counts - 1) * np.sqrt(variances / counts)
+    return middle + sums / counts, halves
 
 
 class PrecisionError(KankakuError):
@@ -151,22 +157,6 @@ class Precision:
             return half
         mean = abs(float(values.mean()))
         return 100.0 * half / mean if mean > 0.0 else np.inf
-
-    def reached(self, values: FloatArray) -> bool:
-        """
-        Return whether a mean is known as precisely as wanted.
-
-        Parameters
-        ----------
-        values
-            The indicator in independent runs. shape (n,)
-
-        Returns
-        -------
-        bool
-            Not for fewer than two values, nor if one of them is unknown.
-        """
-        return bool(self.half(values) <= self.width)
 
 
 def precision_of(text: str) -> Precision:

@@ -16,7 +16,7 @@ from kankaku.store.dataset_store import (
     parts_of,
     place_of,
 )
-from kankaku.studies.ensemble import EnsembleError
+from kankaku.store.ensemble_plan import EnsembleError
 
 RUNS, COMPARED_RUNS = "runs", "runs_every_step"
 """Folders of the dataset, and of the runs that its engine is compared with."""

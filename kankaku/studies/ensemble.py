@@ -3,31 +3,22 @@
 import hashlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from kankaku.analysis.tables.ensemble_tables import Precision, precision_of
+from kankaku.analysis.tables.ensemble_tables import precision_of
 from kankaku.controllers.choosing import foretold
-from kankaku.railway.errors import KankakuError
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.store.dataset_store import EnsembleTask
-from kankaku.store.run_store import Origin, origin_of
+from kankaku.store.ensemble_plan import EVERY_STEP, EnsembleError, Plan, Planned
+from kankaku.store.run_store import origin_of
 from kankaku.studies.across_study import choose_across
 from kankaku.studies.outcomes import Study
 
-EVERY_STEP, WITNESS = "every_step", "witness"
-LOOK_EVERY = 10
-"""Seeds of a batch, after which a study that stops by itself looks whether it may. [-]"""
-FIRST_LOOK = 2
-"""Batches before the first look: of a few runs the spread is too uncertain. [-]"""
 MOST_SHARDS = 100_000
 _SHARD = re.compile(r"\s*(\d+)\s*/\s*(\d+)\s*")
-
-
-class EnsembleError(KankakuError):
-    """What of an ensemble cannot be run, or put together."""
 
 
 class Shard(NamedTuple):
@@ -46,9 +37,7 @@ class Ensemble:
     """What to run."""
 
     studies: tuple[Study, ...]
-    engine: str = EVERY_STEP
-    trajectories: bool = False
-    until: Precision | None = None
+    plan: Plan
     shard: Shard | None = None
 
     @property
@@ -60,11 +49,6 @@ class Ensemble:
     def fresh(self) -> bool:
         """Run what is finished, too."""
         return self.studies[0].fresh
-
-    @property
-    def controllers(self) -> list[str]:
-        """What is compared in every scenario, baseline first."""
-        return [spec.name for spec in self.studies[0].specs]
 
     def study_of(self, task: EnsembleTask) -> tuple[Study, ControllerSpec]:
         """
@@ -84,30 +68,13 @@ class Ensemble:
         return study, next(spec for spec in study.specs if spec.name == task.controller)
 
     @cached_property
-    def origins(self) -> Mapping[tuple[str, str], Origin]:
-        """What runs are made from, by scenario and controller."""
-        return {
-            (study.scenario.name, spec.name): origin_of(study.scenario, spec, study.step_s)
-            for study in self.studies
-            for spec in study.specs
-        }
-
-    @cached_property
     def batches(self) -> tuple[tuple[EnsembleTask, ...], ...]:
-        """The runs of this part, seed by seed; those of each batch may come in any order."""
-        seeds = len(self.studies[0].seeds)
-        every = LOOK_EVERY if self.until else seeds
-        batches = (range(first, min(first + every, seeds)) for first in range(0, seeds, every))
-        return tuple(tuple(self._of_this_part(numbers)) for numbers in batches)
+        """The runs of this part; those of a batch may come in any order."""
+        return tuple(
+            tuple(self._of_this_part(self.plan.tasks(numbers))) for numbers in self.plan.batches
+        )
 
-    def _of_this_part(self, numbers: range) -> list[EnsembleTask]:
-        tasks = [
-            EnsembleTask(study.scenario.name, spec.name, study.seeds[number], engine)
-            for number in numbers
-            for study in self.studies
-            for spec in study.specs
-            for engine in self._engines(number)
-        ]
+    def _of_this_part(self, tasks: list[EnsembleTask]) -> list[EnsembleTask]:
         if self.shard is None:
             return tasks
         # By lot, but the same one everywhere: runs of one controller take equally long.
@@ -115,38 +82,10 @@ class Ensemble:
         own = set(drawn[self.shard.number - 1 :: self.shard.parts])
         return [task for task in tasks if task in own]
 
-    def _engines(self, number: int) -> tuple[str, ...]:
-        compared = self.engine != EVERY_STEP and number == 0
-        return (self.engine, EVERY_STEP) if compared else (self.engine,)
-
     @property
     def tasks(self) -> tuple[EnsembleTask, ...]:
         """All runs of this part, in order."""
         return tuple(task for batch in self.batches for task in batch)
-
-    @cached_property
-    def plan(self) -> dict[str, Any]:
-        """What the whole study is, whoever runs which part of it: plain data for JSON."""
-        whole = replace(self, shard=None)
-        return {
-            "engine": self.engine,
-            "controllers": self.controllers,
-            "knows_future": sorted(foretold(self.studies[0].specs)),
-            "trajectories": self.trajectories,
-            "until": str(self.until) if self.until else None,
-            "scenarios": [
-                {
-                    "name": study.scenario.name,
-                    "title": study.scenario.title,
-                    "step_s": study.step_s,
-                    "first_seed": study.seeds[0],
-                    "seeds": len(study.seeds),
-                }
-                for study in self.studies
-            ],
-            "runs": len(whole.tasks),
-            "origins": [dict(origin) for origin in self.origins.values()],
-        }
 
 
 def _lot(task: EnsembleTask) -> bytes:
@@ -224,4 +163,22 @@ def choose_ensemble(
         where = "--until"
         raise EnsembleError(where, "a part of a study does not see the others", "without --shard")
     studies = choose_across(scenarios, choices)
-    return Ensemble(studies, engine, trajectories, wanted, part)
+    plan = Plan(
+        scenarios=tuple(
+            Planned(
+                study.scenario.name,
+                study.scenario.title,
+                study.step_s,
+                study.seeds[0],
+                len(study.seeds),
+                {spec.name: origin_of(study.scenario, spec, study.step_s) for spec in study.specs},
+            )
+            for study in studies
+        ),
+        controllers=tuple(spec.name for spec in studies[0].specs),
+        knows_future=tuple(sorted(foretold(studies[0].specs))),
+        engine=engine,
+        trajectories=trajectories,
+        until=str(wanted) if wanted else None,
+    )
+    return Ensemble(studies, plan, part)

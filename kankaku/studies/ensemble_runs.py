@@ -82,7 +82,7 @@ class EnsembleRuns:
             # Asked here, where the run was made: whoever edits the program meanwhile changes it.
             origin = origin_of(study.scenario, spec, study.step_s)
             told = {**origin, "name": spec.name, "seed": task.seed, "engine": task.engine}
-            files = _files(tables, told, record.failure, trajectory=self.ensemble.trajectories)
+            files = _files(tables, told, record.failure, trajectory=self.ensemble.plan.trajectories)
             return RunFiles(files, time.perf_counter() - started, record.train_steps)
 
 
