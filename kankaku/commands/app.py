@@ -18,6 +18,7 @@ from kankaku.asking import (
     MOST_SEEDS,
     MOST_YEARS,
     SEED_MAX,
+    STUDY_SEEDS,
     YEARS,
     Check,
 )
@@ -37,6 +38,7 @@ from kankaku.commands.shared_options import (
     Version,
 )
 
+STUDY_OUT = OUT / "study"
 RUN = "run"
 """The command that need not be named."""
 NEARLY = 0.75
@@ -48,6 +50,16 @@ FirstSeed: TypeAlias = Annotated[
 ]
 Seeds: TypeAlias = Annotated[
     int, typer.Option(min=1, max=MOST_SEEDS, help="Run this many seeds, counting up.")
+]
+Drawn: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="Indicator to draw; repeat for several.", show_default="stop time, delay, energy"
+    ),
+]
+Images: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option("--format", help="Format of figures; repeat.", show_default="png and svg"),
 ]
 
 
@@ -163,6 +175,89 @@ def across(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
         "fresh": fresh,
     }
     _end(compare_across(scenarios, out, choices))
+
+
+@app.command("study")
+def study(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
+    scenarios: Several,
+    controllers: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--controllers",
+            "--controller",
+            help="Controllers of the scenarios, by commas, baseline first; those that run by "
+            "default in all of them if not given.",
+        ),
+    ] = None,
+    settings: Settings = None,
+    seed: FirstSeed = None,
+    seeds: Annotated[
+        int, typer.Option(min=1, max=MOST_SEEDS, help="Run this many seeds, counting up.")
+    ] = STUDY_SEEDS,
+    step: Step = None,
+    jobs: Jobs = PROCESSORS,
+    out: Annotated[Path, typer.Option(help="Results folder of the study.")] = STUDY_OUT,
+    shard: Annotated[
+        str | None, typer.Option(metavar="K/N", help="Run the K-th of N parts of the runs.")
+    ] = None,
+    until: Annotated[
+        str | None,
+        typer.Option(
+            metavar="'INDICATOR ±X %'",
+            help="Stop once the mean of each controller is known so precisely (95 %); +- for ±.",
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            metavar="tcp://HOST:PORT|local", help="Run on workers of Dask instead of processes."
+        ),
+    ] = None,
+    trajectories: Annotated[
+        bool, typer.Option("--trajectories", help="Keep the trajectory of each run, too.")
+    ] = False,
+    indicator: Drawn = None,
+    image: Images = None,
+    fresh: Fresh = False,
+) -> None:
+    """Run controllers on very many seeds, for means, intervals and distributions."""
+    from kankaku.commands import ensemble_shown
+
+    choices = {
+        "names": [name for part in controllers or () for name in part.split(",") if name],
+        "settings": settings or (),
+        "seed": seed,
+        "seeds": seeds,
+        "step_s": step,
+        "jobs": jobs,
+        "fresh": fresh,
+    }
+    wanted = {"shard": shard, "until": until, "trajectories": trajectories}
+    drawing = (indicator or (), image or ())
+    _end(ensemble_shown.run_many(scenarios, out, choices, wanted, scheduler, drawing))
+
+
+@app.command("merge")
+def merge(
+    out: Annotated[
+        Path,
+        typer.Argument(metavar="OUT", show_default=False, help="Results folder of the whole."),
+    ],
+    parts: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="PART...",
+            show_default=False,
+            help="Results folders of parts; none if all were run into OUT.",
+        ),
+    ] = None,
+    indicator: Drawn = None,
+    image: Images = None,
+) -> None:
+    """Put parts of a study together that were run with --shard."""
+    from kankaku.commands import ensemble_shown
+
+    _end(ensemble_shown.put_together(out, parts or (), (indicator or (), image or ())))
 
 
 @app.command("capacity")

@@ -270,7 +270,9 @@ def tidy(root: Path, runs: Mapping[EnsembleTask, Saved]) -> None:
         What :func:`saved_runs` returned.
     """
     kept = {
-        place_of(root, table, task) for task, saved in runs.items() for table in saved.note["files"]
+        place_of(root, table, task)
+        for task, saved in runs.items()
+        for table in (MAIN, *saved.note["files"])
     }
     for table in DATASET:
         for file in files_of(root, table):

@@ -78,7 +78,7 @@ def on_dask(where: str, workers: Workers, more: More) -> Generator[RunDone]:
         while tasks := more():
             futures = {client.submit(_perform, task, pure=False): task for task in tasks}
             try:
-                for future in as_completed(list(futures)):
+                for future in as_completed(list(futures), loop=client.loop):
                     interrupts.check()
                     yield _done(futures.pop(future), future)
             finally:

@@ -74,6 +74,36 @@ def own_processes(workers: Workers, more: More) -> Generator[RunDone]:
     yield from performed(workers.perform, (), workers.jobs, folder=workers.work, more=more)
 
 
+def crew_of(scheduler: str | None) -> Crew:
+    """
+    Return who does the runs.
+
+    Parameters
+    ----------
+    scheduler
+        Address of a scheduler of Dask, or ``local``; processes of this machine if None.
+
+    Returns
+    -------
+    Crew
+        Does them.
+
+    Raises
+    ------
+    EnsembleError
+        If Dask is not installed.
+    """
+    if scheduler is None:
+        return own_processes
+    try:
+        from kankaku.studies.dask_crew import on_dask  # noqa: PLC0415 - an optional part
+    except ImportError as error:
+        option = "--scheduler"
+        allowed = "pip install 'kankaku[cluster]'; without Dask --jobs, and --shard on a cluster"
+        raise EnsembleError(option, "Dask is not installed", allowed) from error
+    return partial(on_dask, scheduler)
+
+
 @dataclass(slots=True)
 class EnsembleResult:
     """What is finished of an ensemble."""
