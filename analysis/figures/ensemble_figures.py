@@ -18,6 +18,8 @@ Draw: TypeAlias = Callable[[Axes, str, list[FloatArray]], None]
 """Draws an indicator of a scenario: the values of each controller in order of the seeds."""
 PANEL_IN, ROW_IN = 4.2, 2.2
 """Width of a scenario and height of an indicator. [in]"""
+SETTLED = 4
+"""Bands of fewer runs are so wide that nothing else could be seen; they are cut off. [-]"""
 BOX_IN = 0.26
 """Height of a box with its room. [in]"""
 
@@ -120,6 +122,7 @@ def running_mean_figure(
     """
 
     def draw(axes: Axes, indicator: str, values: list[FloatArray]) -> None:
+        ends: list[FloatArray] = []
         for index, own in enumerate(values):
             means, halves = running_means(own)
             runs = np.arange(1, own.size + 1)
@@ -132,6 +135,10 @@ def running_mean_figure(
             axes.fill_between(
                 runs, means - halves, means + halves, color=colour(index), alpha=0.18, linewidth=0.0
             )
+            ends += [(means - halves)[SETTLED:], (means + halves)[SETTLED:]]
+        seen = np.concatenate(ends) if ends else np.zeros(0)
+        if seen.size and np.ptp(seen) > 0.0:
+            axes.set_ylim(seen.min() - 0.05 * np.ptp(seen), seen.max() + 0.05 * np.ptp(seen))
         axes.set_xlabel("runs")
         _name(axes, indicator, "y")
 

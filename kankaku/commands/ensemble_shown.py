@@ -36,7 +36,7 @@ LOG_RUNS_EVERY_S = 30.0
 """A log file is told of the runs at most so often. [s]"""
 
 
-def run_many(  # noqa: PLR0913, PLR0917 - one argument per group of options
+def run_many(
     scenarios: Sequence[Path],
     out: Path,
     choices: Mapping[str, Any],
