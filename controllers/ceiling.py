@@ -113,7 +113,7 @@ class LineCeiling:
         FloatArray
             Ceilings; 0 for a train that is not on the line. [m/s], shape (n_trains,)
         """
-        return _ahead_mps(state.whereabouts, self._fields)
+        return ceilings_ahead_mps(state.whereabouts, self._fields)
 
     def at_mps(self, row: int, front_m: FloatArray) -> FloatArray:
         """
@@ -302,7 +302,22 @@ def ceiling_ahead_mps(
 
 
 @compiled
-def _ahead_mps(whereabouts: Plain, fields: Plain) -> FloatArray:
+def ceilings_ahead_mps(whereabouts: Plain, fields: Plain) -> FloatArray:
+    """
+    Return what every train may run at the end of the step.
+
+    Parameters
+    ----------
+    whereabouts
+        See :class:`~kankaku.railway.step.state.Whereabouts`.
+    fields
+        :attr:`LineCeiling.figures`, plain.
+
+    Returns
+    -------
+    FloatArray
+        Ceilings; 0 for a train that is not on the line. [m/s], shape (n_trains,)
+    """
     trains, line = Whereabouts(*whereabouts), figures_of(fields)
     ceiling_mps = np.zeros_like(trains.speed_mps)
     for train in range(ceiling_mps.size):

@@ -26,6 +26,7 @@ from kankaku.railway.plan.brake_table import (
     braking_v2_each,
 )
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import LayerSteps
 from kankaku.railway.step.control import Bound, Command
 from kankaku.railway.step.state import (
     NO_VERSION,
@@ -115,6 +116,7 @@ class TractionDrive:
         nowhere_m = np.full(world.size, np.nan)
         self._stops = plain(Stops(nowhere_m, nowhere_m, nowhere_m, nowhere_m))
         self._calls_version = NO_VERSION
+        self._nobody = np.zeros(world.size, dtype=np.bool_)
         self._drivers = plain(
             Drivers(
                 np.zeros(world.size),
@@ -127,13 +129,7 @@ class TractionDrive:
 
     def command(self, state: LineState, authority: Authority, advice: Advice) -> Command:
         """Return the speed at the end of the step for every train."""
-        if state.calls_version != self._calls_version:
-            self._calls_version = state.calls_version
-            v2_m2ps2 = braking_v2_each(self._braking, self._rows, state.stop_m)
-            last = np.maximum(state.next_call - 1, 0)
-            from_m = np.where(state.next_call > 0, self._world.stop_m[self._rows, last], np.nan)
-            booked_s = self._world.booked_departure_s[self._rows, last]
-            self._stops = plain(Stops(from_m, booked_s, state.stop_m, v2_m2ps2))
+        self._take_up_calls(state)
         asked = (
             authority.eoa_m,
             authority.delay_s,
@@ -152,6 +148,22 @@ class TractionDrive:
                 self._drivers,
             )
         )
+
+    def steps(self, state: LineState) -> LayerSteps:
+        """Return the compiled step."""
+        self._take_up_calls(state)
+        trains = self._abilities, self._manner
+        fields = self._stops, trains, self._drivers, self._nobody
+        return LayerSteps(_drive, fields, (), np.inf)
+
+    def _take_up_calls(self, state: LineState) -> None:
+        if state.calls_version != self._calls_version:
+            self._calls_version = state.calls_version
+            v2_m2ps2 = braking_v2_each(self._braking, self._rows, state.stop_m)
+            last = np.maximum(state.next_call - 1, 0)
+            from_m = np.where(state.next_call > 0, self._world.stop_m[self._rows, last], np.nan)
+            booked_s = self._world.booked_departure_s[self._rows, last]
+            self._stops = plain(Stops(from_m, booked_s, state.stop_m, v2_m2ps2))
 
 
 @compiled
@@ -199,6 +211,17 @@ def _command(
         if not has_reacted(now_s, train, may, manner, drivers):
             next_mps[train], bound[train] = 0.0, STOP
     return next_mps, bounds, bound
+
+
+@compiled
+def _drive(
+    instant: Plain, authority: Plain, advice: Plain, fields: Plain
+) -> tuple[FloatArray, IntArray]:
+    now_s, whereabouts, _, _ = instant
+    (eoa_m, ceiling_mps, delay_s, eoa_by, _), (stops, trains, drivers, nobody) = authority, fields
+    asked = eoa_m, delay_s, eoa_by, ceiling_mps, advice[0], nobody
+    next_mps, _, bound = _command(now_s, whereabouts, asked, stops, trains, drivers)
+    return next_mps, bound
 
 
 @compiled

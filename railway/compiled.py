@@ -56,6 +56,36 @@ def compiled(function: Function) -> Function:
     return cast("Function", made)
 
 
+def compiled_with(function: Function, *parts: Callable[..., Any]) -> Function:
+    """
+    Compile a function that closes over other compiled ones, at its first call.
+
+    Parameters
+    ----------
+    function
+        Made anew for these parts.
+    parts
+        The compiled functions that it calls by names of its own.
+
+    Returns
+    -------
+    Function
+        The same, compiled, and cached under the names of all parts.
+    """
+    made_of: list[Any] = [*parts]
+    told = "\0".join(f"{part.__module__}.{part.__qualname__}" for part in made_of)
+    function.__qualname__ = f"{function.__name__}_{hashlib.sha256(told.encode()).hexdigest()[:16]}"
+    made = _cached(lambda cache: numba.njit(cache=cache, error_model="numpy")(function))
+    inner = (_SOURCES.get(id(part), frozenset()) for part in parts)
+    files = _SOURCES[id(made)] = _sources(function).union(*inner)
+    _watch(made, files)
+    kept: Any = getattr(made, "_cache", None)
+    if hasattr(kept, "_index_key"):
+        # What it closes over is told by its name; as bytes it is another in every process.
+        kept._index_key = lambda signature, codegen: (signature, codegen.magic_tuple(), told)  # noqa: SLF001
+    return cast("Function", made)
+
+
 def elementwise(function: Callable[..., float]) -> Callable[..., FloatArray]:
     """
     Turn a formula of numbers into a numpy ufunc, which compiled functions may call too.

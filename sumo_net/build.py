@@ -17,7 +17,7 @@ from kankaku.railway.places import CACHE, cache_folder, chosen_cache
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
-from kankaku.sumo_net import native_xml, network_xml, plain_xml, routes_xml
+from kankaku.sumo_net import native_xml, network_xml, plain_xml, routes_xml, witness_xml
 
 NETCONVERT_OPTIONS = (
     "--no-internal-links",
@@ -40,10 +40,10 @@ _PROCESSING = {"time-to-teleport": "-1", "collision.action": "warn"}
 COMMANDED_OPTIONS = {"step-method.ballistic": "true", **_PROCESSING}
 NATIVE_OPTIONS = {**_PROCESSING, "collision.mingap-factor": "0"}
 """SUMO's rail model knows no ballistic steps; trains collide when they touch, not before."""
-NETWORK_OPTIONS = {**COMMANDED_OPTIONS, **IGNORE_SIGNALS, "insertion-checks": "none"}
+WITNESS_OPTIONS = {**COMMANDED_OPTIONS, **IGNORE_SIGNALS, "insertion-checks": "none"}
 """Else a train that stands on a two-way track would keep others out of all of it."""
 WITNESS_S = 1.0
-"""How often SUMO looks at a network. [s]"""
+"""How often SUMO looks that is only a witness. [s]"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -240,7 +240,7 @@ def build(
         If netconvert refuses the network.
     """
     if scenario.line.network:
-        return _build_network(scenario, world, dwell_delay_s, folder)
+        return build_witness(scenario, world, dwell_delay_s, folder)
     # Limits are the controller's, not SUMO's.
     blocks = scenario.line.blocks if signals else ()
     line = replace(scenario.line, limits=(), blocks=blocks)
@@ -249,23 +249,67 @@ def build(
         line, scenario.train_types.values(), scenario.timetable, dwell_delay_s, world.step_s
     )
     files = {"platforms.add.xml": plain_xml.platforms_xml(line), "trains.rou.xml": routes}
-    return _write(folder, line, files, options, world, dwell_delay_s)
+    return _write(folder, line, files, options, (world, world.step_s), dwell_delay_s)
 
 
-def _build_network(
+def build_witness(
     scenario: Scenario, world: World, dwell_delay_s: FloatArray, folder: Path
 ) -> SumoFiles:
-    services = scenario.timetable.services
+    """
+    Write what SUMO needs that only looks at trains, on a chain or on a network.
+
+    Parameters
+    ----------
+    scenario
+        Line, fleet and timetable.
+    world
+        Whose step is used.
+    dwell_delay_s
+        Dwell delay of every call. [s], shape (n_trains, n_calls_max)
+    folder
+        Where to write; made if missing.
+
+    Returns
+    -------
+    SumoFiles
+        Without trains: the engine adds them while it runs.
+
+    Raises
+    ------
+    NetworkError
+        If netconvert refuses the network.
+    """
+    line, services = witnessed(scenario.line), scenario.timetable.services
+    drawn = network_xml.network_platforms_xml if line.network else plain_xml.platforms_xml
+    kinds = scenario.train_types.values()
     files = {
-        "platforms.add.xml": network_xml.network_platforms_xml(scenario.line),
-        "trains.rou.xml": network_xml.network_routes_xml(scenario.train_types.values(), services),
+        "platforms.add.xml": drawn(line),
+        "trains.rou.xml": witness_xml.witness_routes_xml(line, kinds, services),
     }
-    return _write(folder, scenario.line, files, NETWORK_OPTIONS, world, dwell_delay_s)
+    period_s = world.step_s * steps_per_look(world.step_s)
+    return _write(folder, line, files, WITNESS_OPTIONS, (world, period_s), dwell_delay_s)
+
+
+def witnessed(line: Line) -> Line:
+    """
+    Return a line as SUMO is given it that only looks at trains.
+
+    Parameters
+    ----------
+    line
+        The line.
+
+    Returns
+    -------
+    Line
+        A chain without limits and signals, which would only cut its tracks; a network as it is.
+    """
+    return line if line.network else replace(line, limits=(), blocks=())
 
 
 def steps_per_look(step_s: float) -> int:
     """
-    Return after how many control steps SUMO looks at a network.
+    Return after how many control steps SUMO looks that is only a witness.
 
     Parameters
     ----------
@@ -326,7 +370,7 @@ def build_native(
             line, kinds, timetable, dwell_delay_s, world.step_s, native_xml.NATIVE
         ),
     }
-    return _write(folder, line, files, options, world, dwell_delay_s)
+    return _write(folder, line, files, options, (world, world.step_s), dwell_delay_s)
 
 
 def _write(
@@ -334,17 +378,17 @@ def _write(
     line: Line,
     files: Mapping[str, str],
     options: Mapping[str, str],
-    world: World,
+    clock: tuple[World, float],
     dwell_delay_s: FloatArray,
 ) -> SumoFiles:
     """Write the network, the files and the configuration that names them."""
+    world, period_s = clock
     begin_s = math.floor(float(world.booked_arrival_s[:, 0].min()) - world.step_s) - 1.0
     folder.mkdir(parents=True, exist_ok=True)
     net = folder / "line.net.xml"
     net.write_bytes(_network(line)[1])
     additional = ",".join(name for name in files if name.endswith(".add.xml"))
-    step_s = world.step_s * (steps_per_look(world.step_s) if line.network else 1)
-    configuration = _configuration_xml(additional, begin_s, step_s, options)
+    configuration = _configuration_xml(additional, begin_s, period_s, options)
     for name, text in {**files, "line.sumocfg": configuration}.items():
         (folder / name).write_text(text, encoding="utf-8")
     dwell_s = world.minimum_dwell_s[:, :-1] + dwell_delay_s

@@ -5,9 +5,9 @@ from typing import Self
 
 import numpy as np
 
-from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import Span
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.sumo_net import names
 from kankaku.sumo_net.build import IGNORE_SIGNALS, SumoFiles
@@ -184,6 +184,7 @@ class SumoEngine:
         self._vehicles_running = [self._vehicles[row] for row in rows]
         self._origins_m = self._origin_m[rows]
         self._aims_m = np.array([self._stops_m[row, self._call[row]] for row in rows])
+        self._ends_m = np.full(len(rows), self._end_m)
         self._next_due_s = min(self._due_s.values(), default=np.inf)
 
     def _read(self) -> bool:
@@ -265,17 +266,64 @@ class SumoEngine:
         """Move on by one step of constant acceleration."""
         self._pending.append(self._commands_mps)
         self._front_m, self._speed_mps = self._front_m.copy(), self._speed_mps.copy()
-        event_near = _move(
-            self._front_m,
-            self._speed_mps,
+        rows, commands_mps = self._rows_running, self._commands_mps[self._rows_running]
+        self._front_m[rows] += 0.5 * (self._speed_mps[rows] + commands_mps) * self._step_s
+        self._speed_mps[rows] = commands_mps
+        self._steps += 1
+        self._look_out()
+
+    def span(self) -> Span | None:
+        """
+        Return the steps up to where SUMO has to be asked.
+
+        Returns
+        -------
+        Span | None
+            None while it is to be asked in every step.
+        """
+        most = self._most_pending - len(self._pending)
+        until_s = self._next_due_s - ALERT_STEPS * self._step_s
+        if self._steps < self._alert_until or most < 2 or self._time_s >= until_s:
+            return None
+        steps = np.arange(self._steps, self._steps + most)
+        return Span(
+            (self._begin_ms + steps * self._step_ms) / 1000.0,
+            self._step_s,
+            until_s,
             self._rows_running,
-            self._commands_mps,
+            self._aims_m,
+            self._ends_m,
+            2.0 * HALTING_SPEED_MPS,
+            2.0 * STOP_TOLERANCE_M,
+            2.0 * self._step_s,
+            ARRIVAL_M,
+        )
+
+    def moved(self, commands_mps: FloatArray, front_m: FloatArray, speed_mps: FloatArray) -> None:
+        """
+        Take over where trains are after some steps of a span.
+
+        Parameters
+        ----------
+        commands_mps
+            What was commanded in each step. [m/s], shape (n_steps, n_trains)
+        front_m, speed_mps
+            Fronts and speeds after the last one. [m], [m/s], shape (n_trains,)
+        """
+        self._pending.extend(commands_mps)
+        self._front_m, self._speed_mps = front_m, speed_mps
+        self._steps += len(commands_mps)
+        self._look_out()
+
+    def _look_out(self) -> None:
+        """Let SUMO catch up when an event is near, or it is too far behind."""
+        if _is_event_near(
+            self._front_m[self._rows_running],
+            self._speed_mps[self._rows_running],
             self._aims_m,
             self._end_m,
             self._step_s,
-        )
-        self._steps += 1
-        if event_near:
+        ):
             self._alert_until = self._steps + ALERT_STEPS
         due = self._time_s >= self._next_due_s - ALERT_STEPS * self._step_s
         if due or self._steps <= self._alert_until or len(self._pending) >= self._most_pending:
@@ -319,26 +367,11 @@ class SumoEngine:
         return fresh
 
 
-@compiled
-def _move(  # noqa: PLR0917 - compiled functions take plain arrays
-    front_m: FloatArray,
-    speed_mps: FloatArray,
-    rows: IntArray,
-    commands_mps: FloatArray,
-    aims_m: FloatArray,
-    end_m: float,
-    step_s: float,
+def _is_event_near(
+    front_m: FloatArray, speed_mps: FloatArray, aims_m: FloatArray, end_m: float, step_s: float
 ) -> bool:
-    """Move the running trains by a step, and return whether a stop or the end is near."""
-    event_near = False
-    for place in range(rows.size):
-        row = rows[place]
-        next_mps = commands_mps[row]
-        front_m[row] += 0.5 * (speed_mps[row] + next_mps) * step_s
-        speed_mps[row] = next_mps
-        halted = next_mps <= 2.0 * HALTING_SPEED_MPS
-        if halted and abs(front_m[row] - aims_m[place]) <= 2.0 * STOP_TOLERANCE_M:
-            event_near = True
-        if front_m[row] + 2.0 * next_mps * step_s + ARRIVAL_M >= end_m:
-            event_near = True
-    return event_near
+    """Return whether a running train is about to stop, or to leave the line."""
+    halted = speed_mps <= 2.0 * HALTING_SPEED_MPS
+    stops = halted & (np.abs(front_m - aims_m) <= 2.0 * STOP_TOLERANCE_M)
+    ends = front_m + 2.0 * speed_mps * step_s + ARRIVAL_M >= end_m
+    return bool((stops | ends).any())

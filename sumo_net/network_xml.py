@@ -9,7 +9,7 @@ only cross each other at a node, as on a diamond, and nothing of a train that st
 one: these are matters of the monitor of safety alone.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from xml.etree import ElementTree as ET
 
@@ -17,14 +17,11 @@ import numpy as np
 
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.line import Direction, Line, Track
-from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.routing import onward
-from kankaku.railway.plan.timetable import Service
 from kankaku.sumo_net import names
 from kankaku.sumo_net.edge_cuts import EDGE_SPEED_MPS
 from kankaku.sumo_net.geometry import CentreLine, beside, centre_line
 from kankaku.sumo_net.plain_xml import text_of
-from kankaku.sumo_net.routes_xml import COMMANDED
 
 SPACING_M = 40.0
 """Drawn distance of tracks side by side: as wide as a window draws each of them. [m]"""
@@ -221,46 +218,4 @@ def network_platforms_xml(line: Line) -> str:
             "endPos": f"{last_m - track.start_m:.3f}",
         }
         ET.SubElement(root, "trainStop", attributes)
-    return text_of(root)
-
-
-def route_names(services: Sequence[Service]) -> Mapping[tuple[str, ...], str]:
-    """
-    Return the routes of trains.
-
-    Parameters
-    ----------
-    services
-        The trains.
-
-    Returns
-    -------
-    Mapping[tuple[str, ...], str]
-        Identifiers by the tracks of the route.
-    """
-    ways = dict.fromkeys(service.route for service in services)
-    return {way: names.route(number) for number, way in enumerate(ways)}
-
-
-def network_routes_xml(train_types: Iterable[TrainType], services: Sequence[Service]) -> str:
-    """
-    Return types and routes of trains; the trains themselves are added while SUMO runs.
-
-    Parameters
-    ----------
-    train_types
-        Types of the trains.
-    services
-        The trains.
-
-    Returns
-    -------
-    str
-        XML for SUMO.
-    """
-    root = ET.Element("routes")
-    for kind in train_types:
-        ET.SubElement(root, "vType", COMMANDED.type_attributes(kind))
-    for way, name in route_names(services).items():
-        ET.SubElement(root, "route", id=name, edges=" ".join(edge_of(track) for track in way))
     return text_of(root)

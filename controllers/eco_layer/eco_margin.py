@@ -6,7 +6,9 @@ cost the most energy of all. Each leg is planned for the fastest run time and a 
 timetable leaves recovery time the layer may also spend that: then the booked arrival is the aim.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,13 +19,14 @@ from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.controllers.operation.eco import CATCHING_UP_PS
 from kankaku.controllers.options import OptionError, require
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, interpolated
+from kankaku.railway.compiled import Plain, compiled, compiled_with, interpolated
 from kankaku.railway.plan.scenario import (
     GREATEST_ECO_MARGIN_S,
     LEAST_ECO_MARGIN_S,
     ControllerSpec,
 )
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import LayerSteps, offered
 from kankaku.railway.step.control import Foresight, Operation
 from kankaku.railway.step.state import NOTHING, Advice, Authority, LineState, Whereabouts
 
@@ -161,11 +164,38 @@ class EcoMargin:
         """Return the advice of the operation, lowered where a plan says so."""
         advice, inner = self._operation.advise(state, authority, memory.inner)
         memory = self._with_events(state, memory._replace(inner=inner))
-        if not memory.points.size:
-            return advice, memory
-        plans = memory.since_s, memory.from_m, memory.starts, memory.lengths, memory.points
         asked = advice.ceiling_mps, advice.reason, advice.cause
+        plans = self._plans(memory)
         return Advice(*_lowered(state.time_s, state.whereabouts, asked, plans, self._word)), memory
+
+    def _plans(self, memory: MarginPlans) -> Plain:
+        return memory.since_s, memory.from_m, memory.starts, memory.lengths, memory.points
+
+    @property
+    def steps(self) -> Callable[[LineState, MarginPlans], LayerSteps]:
+        """
+        What returns the compiled step.
+
+        Raises
+        ------
+        AttributeError
+            If the operation below offers none.
+        """
+        if not offered(self._operation, "steps", "advise"):
+            msg = f"{type(self._operation).__name__} offers no compiled step"
+            raise AttributeError(msg)
+        return self._steps
+
+    def _steps(self, state: LineState, memory: MarginPlans) -> LayerSteps:
+        operation: Any = self._operation
+        inner: LayerSteps = operation.steps(state, memory.inner)
+        fields = inner.fields, self._plans(memory), self._word
+        return LayerSteps(_lowering(inner.function), fields, inner.memory, inner.until_s)
+
+    def resumed(self, memory: MarginPlans, after: Plain) -> MarginPlans:
+        """Return the memory after a bundle of steps."""
+        operation: Any = self._operation
+        return memory._replace(inner=operation.resumed(memory.inner, after))
 
     def _with_events(self, state: LineState, memory: MarginPlans) -> MarginPlans:
         """Plan for those who depart, and forget the plans of those who have arrived."""
@@ -255,3 +285,18 @@ def _lowered(
         if lowest_mps < ceiling_mps[train]:
             ceiling_mps[train], reason[train], cause[train] = lowest_mps, word, NOTHING
     return ceiling_mps, reason, cause
+
+
+@cache
+def _lowering(advise: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the compiled step of this layer over that of an operation."""
+
+    def lowered(
+        instant: Plain, authority: Plain, fields: Plain, memory: Plain
+    ) -> tuple[Plain, Plain, bool]:
+        inner, plans, word = fields
+        asked, memory_after, asks = advise(instant, authority, inner, memory)
+        now_s, whereabouts, _, _ = instant
+        return _lowered(now_s, whereabouts, asked, plans, word), memory_after, asks
+
+    return compiled_with(lowered, advise)

@@ -29,6 +29,7 @@ from kankaku.railway.motion.way import way_on
 from kankaku.railway.plan.brake_table import BrakeTable, braking_loss_mps, braking_v2_at
 from kankaku.railway.plan.profile import Profile
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import LayerSteps
 from kankaku.railway.step.control import Foresight
 from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState, Whereabouts
 
@@ -138,11 +139,17 @@ class ApproachPointControl:
         self, state: LineState, authority: Authority, memory: ApproachPlans
     ) -> tuple[Advice, ApproachPlans]:
         """Return the advice for every train."""
-        del authority
         if state.events:
             memory = self._plan(state, memory)
-        if state.time_s < memory.begins_s:
-            return self._nothing, memory
+        told, _, _ = _advise(
+            state.instant,
+            tuple(authority[:5]),
+            self._fields(memory),
+            (),
+        )
+        return Advice(*told), memory
+
+    def _fields(self, memory: ApproachPlans) -> Plain:
         asked = (
             memory.stop_m,
             memory.stop_from_s,
@@ -151,9 +158,18 @@ class ApproachPointControl:
             memory.pieces,
             memory.points,
         )
-        clock = state.time_s, self._world.step_s
-        ceiling_mps, reason = _follow(state.whereabouts, asked, self._braking, clock)
-        return Advice(ceiling_mps, reason, memory.leader), memory
+        figures = self._braking, self._world.step_s, memory.begins_s
+        return tuple(self._nothing), memory.leader, asked, figures
+
+    def steps(self, state: LineState, memory: ApproachPlans) -> LayerSteps:
+        """Return the compiled step."""
+        del state
+        return LayerSteps(_advise, self._fields(memory), (), np.inf)
+
+    def resumed(self, memory: ApproachPlans, after: Plain) -> ApproachPlans:
+        """Return the memory after a bundle of steps."""
+        del after
+        return memory
 
     def _plan(self, state: LineState, memory: ApproachPlans) -> ApproachPlans:
         """Plan for those whom the events concern."""
@@ -346,6 +362,21 @@ def _follow(
                 ceiling_mps[train] = next_speed_mps(speed, left, loss, 0.0)
                 reason[train] = OPTIMAL_STOP
     return ceiling_mps, reason
+
+
+@compiled
+def _advise(
+    instant: Plain,
+    authority: Plain,  # noqa: ARG001 - as bundles want it
+    fields: Plain,
+    memory: Plain,
+) -> tuple[Plain, Plain, bool]:
+    now_s, whereabouts, _, _ = instant
+    nothing, leader, asked, (braking, step_s, begins_s) = fields
+    if now_s < begins_s:
+        return nothing, memory, False
+    ceiling_mps, reason = _follow(whereabouts, asked, braking, (now_s, step_s))
+    return (ceiling_mps, reason, leader), memory, False
 
 
 @compiled

@@ -4,7 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kankaku.railway.compiled import Plain, compiled
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import LayerSteps
 from kankaku.railway.step.control import Foresight
 from kankaku.railway.step.state import NO_REASON, NOTHING, Advice, Authority, LineState
 
@@ -51,3 +53,34 @@ class CloseUp:
         """Return advice that lowers nothing."""
         del state, authority
         return self._advice, memory
+
+    def steps(self, state: LineState, memory: None) -> LayerSteps:
+        """Return the compiled step."""
+        del state, memory
+        return LayerSteps(always, tuple(self._advice), (), np.inf)
+
+    def resumed(self, memory: None, after: Plain) -> None:
+        """Return the memory after a bundle of steps: none is needed."""
+
+
+@compiled
+def always(
+    instant: Plain,  # noqa: ARG001 - as bundles want it
+    authority: Plain,  # noqa: ARG001
+    fields: Plain,
+    memory: Plain,
+) -> tuple[Plain, Plain, bool]:
+    """
+    Advise the same in every step.
+
+    Parameters
+    ----------
+    instant, authority, fields, memory
+        As :mod:`kankaku.railway.step.bundles` says; the fields are the advice.
+
+    Returns
+    -------
+    tuple[Plain, Plain, bool]
+        The advice, and that Python need not be asked.
+    """
+    return fields, memory, False

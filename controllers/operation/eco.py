@@ -23,6 +23,7 @@ from kankaku.railway.motion.run_curve import RunTimeError, StallError
 from kankaku.railway.motion.way import way_on
 from kankaku.railway.plan.brake_table import BrakeTable, braking_loss_mps, braking_v2_at
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import LayerSteps
 from kankaku.railway.step.control import Foresight
 from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState, Whereabouts
 
@@ -124,14 +125,12 @@ class Eco:
         """Return the advice for every train."""
         if state.events:
             memory = self._with_events(state, memory)
-        if not memory.points.size:
-            return self._nothing, memory
-        ceiling_mps, reason, behind = self._follow(state, authority, memory)
+        told, behind = self._follow(state, authority, memory)
         if behind.any():
             rows = np.flatnonzero(behind).tolist()
             memory = _with_tables(memory, {row: self._plan(state, row) for row in rows}, state)
-            ceiling_mps, reason, _ = self._follow(state, authority, memory)
-        return Advice(ceiling_mps, reason, self._nothing.cause), memory
+            told, _ = self._follow(state, authority, memory)
+        return Advice(*told), memory
 
     def _with_events(self, state: LineState, memory: EcoPlans) -> EcoPlans:
         """Plan for those who are released, and forget the plans of those who have arrived."""
@@ -172,10 +171,23 @@ class Eco:
 
     def _follow(
         self, state: LineState, authority: Authority, memory: EcoPlans
-    ) -> tuple[FloatArray, IntArray, BoolArray]:
-        plans = memory.since_s, memory.from_m, memory.lengths, memory.starts, memory.points
+    ) -> tuple[tuple[FloatArray, IntArray, IntArray], BoolArray]:
         ends = authority.eoa_m, authority.delay_s
-        return _follow(state.time_s, state.whereabouts, ends, plans, self._able)
+        return _follow(state.time_s, state.whereabouts, ends, self._fields(memory))
+
+    def _fields(self, memory: EcoPlans) -> Plain:
+        plans = memory.since_s, memory.from_m, memory.lengths, memory.starts, memory.points
+        return plans, self._able, tuple(self._nothing)
+
+    def steps(self, state: LineState, memory: EcoPlans) -> LayerSteps:
+        """Return the compiled step."""
+        del state
+        return LayerSteps(_advise, self._fields(memory), (), np.inf)
+
+    def resumed(self, memory: EcoPlans, after: Plain) -> EcoPlans:
+        """Return the memory after a bundle of steps."""
+        del after
+        return memory
 
 
 def _table(run: EcoRun, step_s: float) -> FloatArray:
@@ -226,10 +238,10 @@ def _follow(
     now_s: float,
     whereabouts: Plain,
     ends: tuple[FloatArray, FloatArray],
-    plan_fields: Plain,
-    able_fields: Plain,
-) -> tuple[FloatArray, IntArray, BoolArray]:
-    """Return ceilings, why, and who is behind its plan although its authority lets it follow."""
+    fields: Plain,
+) -> tuple[tuple[FloatArray, IntArray, IntArray], BoolArray]:
+    """Return the advice, and who is behind its plan although its authority lets it follow."""
+    plan_fields, able_fields, (_, _, cause) = fields
     trains, plans = Whereabouts(*whereabouts), Tabled(*plan_fields)
     brake_fields, near_m, far_m, step_s, patience_s = able_fields
     able = Able(BrakeTable(*brake_fields), near_m, far_m, step_s, patience_s)
@@ -251,7 +263,16 @@ def _follow(
             ends_m = eoa_m[train], delay_s[train]
             free_mps = _free_mps(train, front_m, speed_mps, ends_m, able)
             behind[train] = free_mps > min(ceiling_mps[train], speed_mps + 1.0)
-    return ceiling_mps, reason, behind
+    return (ceiling_mps, reason, cause), behind
+
+
+@compiled
+def _advise(
+    instant: Plain, authority: Plain, fields: Plain, memory: Plain
+) -> tuple[Plain, Plain, bool]:
+    now_s, whereabouts, _, _ = instant
+    told, behind = _follow(now_s, whereabouts, (authority[0], authority[2]), fields)
+    return told, memory, bool(behind.any())
 
 
 @compiled

@@ -30,6 +30,7 @@ from kankaku.railway.motion.kinematics import (
     two_stage_speed_mps,
 )
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import Lasting, LayerSteps
 from kankaku.railway.step.control import Foresight
 from kankaku.railway.step.state import Advice, Authority, LineState, Whereabouts
 
@@ -91,14 +92,27 @@ class TwoStage:
         """Return the advice for every train."""
         if self._pre_deceleration and (state.events or state.time_s >= memory.next_release_s):
             memory = self._plan(state)
-        ceiling_mps, reason, cause = _lowest(
-            state.whereabouts,
-            (authority.eoa_m, authority.eoa_by),
-            (state.stop_m, state.leader, state.follows),
-            memory.ceiling_mps,
-            (self._acceleration_mps2, self._brake_mps2, self._step_s),
+        told, _, _ = _advise(
+            state.instant,
+            tuple(authority[:5]),
+            self._fields(memory),
+            (),
         )
-        return Advice(ceiling_mps, reason, cause), memory
+        return Advice(*told), memory
+
+    def _fields(self, memory: TwoStagePlans) -> Plain:
+        return memory.ceiling_mps, (self._acceleration_mps2, self._brake_mps2, self._step_s)
+
+    def steps(self, state: LineState, memory: TwoStagePlans) -> LayerSteps:
+        """Return the compiled step."""
+        del state
+        until_s = memory.next_release_s if self._pre_deceleration else np.inf
+        return LayerSteps(_advise, self._fields(memory), (), until_s)
+
+    def resumed(self, memory: TwoStagePlans, after: Plain) -> TwoStagePlans:
+        """Return the memory after a bundle of steps."""
+        del after
+        return memory
 
     def _plan(self, state: LineState) -> TwoStagePlans:
         """Plan every train anew."""
@@ -166,3 +180,13 @@ def _lowest(
             ceiling_mps[train] = held_mps
             reason[train], cause[train] = TWO_STAGE, eoa_by[train]
     return ceiling_mps, reason, cause
+
+
+@compiled
+def _advise(
+    instant: Plain, authority: Plain, fields: Plain, memory: Plain
+) -> tuple[Plain, Plain, bool]:
+    _, whereabouts, _, lasting = instant
+    (eoa_m, _, _, eoa_by, _), known, (planned_mps, rates) = authority, Lasting(*lasting), fields
+    ahead = known.stop_m, known.leader, known.follows
+    return _lowest(whereabouts, (eoa_m, eoa_by), ahead, planned_mps, rates), memory, False

@@ -30,10 +30,18 @@ from kankaku.controllers.protection.fuzzy import RuleBase, infer, rule_base
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import Lasting, LayerSteps
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, AtOnce, Authority, LineState, Whereabouts
-from kankaku.railway.wayside.detection import Sight
+from kankaku.railway.step.state import (
+    NOTHING,
+    AtOnce,
+    Authority,
+    LineState,
+    Whereabouts,
+    authority_of,
+)
+from kankaku.railway.wayside.detection import Sight, look
 
 KMH_PER_MPS = 3.6
 LEAST_AHEAD_S, LEAST_AHEAD_M = 0.5, 0.5
@@ -134,7 +142,6 @@ class Atd:
         self.delay_s = 0.0
         self.release_delay_s = world.line.release_delay_s
         self._ceiling = LineCeiling(world, world.profile)
-        self._no_delay_s = np.zeros(world.size)
         self._at_once = AtOnce(world.size)
         self._patterns = plain(
             Patterns(
@@ -148,8 +155,10 @@ class Atd:
                 options.overlap_m,
             )
         )
-        self._control = plain(Control(options.rules, world.step_s, world.far_m))
-        self._line_ceiling = plain(self._ceiling.figures)
+        followed = plain(Control(options.rules, world.step_s, world.far_m))
+        ceiling = plain(self._ceiling.figures)
+        known = self._detection.fields, self._patterns
+        self._fields = *known, followed, ceiling, np.zeros(world.size)
 
     def initial(self) -> Braked:
         """Return the memory before the first step: no brake is applied."""
@@ -159,18 +168,23 @@ class Atd:
     def authorise(self, state: LineState, memory: Braked) -> tuple[Authority, Braked]:
         """Return the authority of every train."""
         sight = self._detection.look_ahead(state, memory.sight)
-        after = Braked(sight, memory.brake_mps2.copy(), memory.tripped.copy())
-        eoa_m, ceiling_mps, eoa_by, ceiling_by = _authorise(
-            state.whereabouts,
-            (sight.danger_m, sight.danger_by),
-            (after.brake_mps2, after.tripped),
-            self._patterns,
-            self._control,
-            self._line_ceiling,
+        told, after = _protect(
+            state.instant,
+            self._fields,
+            (tuple(sight), memory.brake_mps2, memory.tripped),
         )
-        bounds, permission = (eoa_m, ceiling_mps, self._no_delay_s), self._at_once.permission(eoa_m)
-        authority = Authority(*bounds, eoa_by, ceiling_by, permission)
-        return authority, after
+        authority = authority_of(told, self._at_once.permission(told[0]))
+        return authority, Braked(sight, *after[1:])
+
+    def steps(self, state: LineState, memory: Braked) -> LayerSteps:
+        """Return the compiled step."""
+        del state
+        return LayerSteps(_protect, self._fields, plain(memory), np.inf)
+
+    def resumed(self, memory: Braked, after: Plain) -> Braked:
+        """Return the memory after a bundle of steps."""
+        del memory
+        return Braked(Sight(*after[0]), *after[1:])
 
     def eoa_behind_m(
         self,
@@ -271,3 +285,17 @@ def _authorise(
         if followed < ceiling_mps[train]:
             ceiling_mps[train], ceiling_by[train] = followed, danger_by[train]
     return eoa_m, ceiling_mps, eoa_by, ceiling_by
+
+
+@compiled
+def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain]:
+    now_s, whereabouts, _, lasting = instant
+    circuits, patterns, control, ceiling, delay_s = fields
+    before, brake_mps2, tripped = memory
+    known = Lasting(*lasting)
+    sight = look(now_s, whereabouts, (known.granted_to_m, known.granted_by), circuits, before)
+    brakes, danger = (brake_mps2.copy(), tripped.copy()), (sight[3], sight[4])
+    eoa_m, ceiling_mps, eoa_by, ceiling_by = _authorise(
+        whereabouts, danger, brakes, patterns, control, ceiling
+    )
+    return (eoa_m, ceiling_mps, delay_s, eoa_by, ceiling_by), (sight, brakes[0], brakes[1])

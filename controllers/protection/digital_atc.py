@@ -31,10 +31,18 @@ from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.motion.kinematics import next_speed_mps
 from kankaku.railway.plan.brake_table import BrakeTable, braking_loss_mps
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import Lasting, LayerSteps
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, AtOnce, Authority, LineState, Whereabouts
-from kankaku.railway.wayside.detection import Sight
+from kankaku.railway.step.state import (
+    NOTHING,
+    AtOnce,
+    Authority,
+    LineState,
+    Whereabouts,
+    authority_of,
+)
+from kankaku.railway.wayside.detection import Sight, look
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,12 +92,12 @@ class DigitalAtc:
         self.delay_s = 0.0
         self.release_delay_s = world.line.release_delay_s
         self._ceiling = LineCeiling(world, world.profile)
-        self._no_delay_s = np.zeros(world.size)
         self._at_once = AtOnce(world.size)
         share = options.pattern_brake_percent / 100.0
         figures = options.idle_time_s, options.overlap_m, world.step_s, world.far_m
         self._pattern = plain(Pattern(world.braking, share, *figures))
-        self._line_ceiling = plain(self._ceiling.figures)
+        ceiling = plain(self._ceiling.figures)
+        self._fields = self._detection.fields, self._pattern, ceiling, np.zeros(world.size)
 
     def initial(self) -> Sight:
         """Return the memory before the first step: nothing has been looked at."""
@@ -98,11 +106,22 @@ class DigitalAtc:
     def authorise(self, state: LineState, memory: Sight) -> tuple[Authority, Sight]:
         """Return the authority of every train."""
         sight = self._detection.look_ahead(state, memory)
-        eoa_m, ceiling_mps, eoa_by, ceiling_by = _authorise(
-            state.whereabouts, (sight.danger_m, sight.danger_by), self._pattern, self._line_ceiling
+        told, _ = _protect(
+            state.instant,
+            self._fields,
+            tuple(sight),
         )
-        bounds, permission = (eoa_m, ceiling_mps, self._no_delay_s), self._at_once.permission(eoa_m)
-        return Authority(*bounds, eoa_by, ceiling_by, permission), sight
+        return authority_of(told, self._at_once.permission(told[0])), sight
+
+    def steps(self, state: LineState, memory: Sight) -> LayerSteps:
+        """Return the compiled step."""
+        del state
+        return LayerSteps(_protect, self._fields, tuple(memory), np.inf)
+
+    def resumed(self, memory: Sight, after: Plain) -> Sight:
+        """Return the memory after a bundle of steps."""
+        del memory
+        return Sight(*after)
 
     def eoa_behind_m(
         self,
@@ -174,6 +193,18 @@ def _authorise(
         if followed < ceiling_mps[train]:
             ceiling_mps[train], ceiling_by[train] = followed, danger_by[train]
     return eoa_m, ceiling_mps, eoa_by, ceiling_by
+
+
+@compiled
+def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain]:
+    now_s, whereabouts, _, lasting = instant
+    circuits, pattern, ceiling, delay_s = fields
+    known = Lasting(*lasting)
+    granted = known.granted_to_m, known.granted_by
+    sight = look(now_s, whereabouts, granted, circuits, memory)
+    danger = sight[3], sight[4]
+    eoa_m, ceiling_mps, eoa_by, ceiling_by = _authorise(whereabouts, danger, pattern, ceiling)
+    return (eoa_m, ceiling_mps, delay_s, eoa_by, ceiling_by), sight
 
 
 @compiled

@@ -26,6 +26,7 @@ from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, count_up_to, plain
 from kankaku.railway.plan.buffers import Buffers, drifted_buffer_m, reaching_front_m
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import Lasting, LayerSteps
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
 from kankaku.railway.step.state import (
@@ -35,6 +36,7 @@ from kankaku.railway.step.state import (
     Authority,
     LineState,
     Whereabouts,
+    authority_of,
 )
 
 ENTERED_M = 1.0
@@ -162,18 +164,26 @@ class MovingBlock:
         if state.calls_version != memory.calls_version:
             rows = np.arange(self._world.size)
             memory = Ahead(state.calls_version, self._world.platform_m[:, rows, state.next_call])
-        obstacles = (
-            state.clear_to_m,
-            state.granted_by,
-            state.leader,
-            state.follows,
-            memory.section_m,
+        told, _ = _protect(
+            state.instant,
+            self._fields(memory),
+            (),
         )
-        eoa_m, ceiling_mps, eoa_by = _authorise(
-            state.whereabouts, obstacles, self._spacing, self._line_ceiling
-        )
-        bounds, by = (eoa_m, ceiling_mps, self._delays_s), (eoa_by, self._own_ceiling)
-        return Authority(*bounds, *by, self._at_once.permission(eoa_m)), memory
+        return authority_of(told, self._at_once.permission(told[0])), memory
+
+    def _fields(self, memory: Ahead) -> Plain:
+        always = self._delays_s, self._own_ceiling
+        return memory.section_m, self._spacing, self._line_ceiling, always
+
+    def steps(self, state: LineState, memory: Ahead) -> LayerSteps:
+        """Return the compiled step."""
+        del state
+        return LayerSteps(_protect, self._fields(memory), (), np.inf)
+
+    def resumed(self, memory: Ahead, after: Plain) -> Ahead:
+        """Return the memory after a bundle of steps."""
+        del after
+        return memory
 
     def eoa_behind_m(
         self,
@@ -259,6 +269,16 @@ def _authorise(
             line_ceiling, train, front_m[train], speed_mps[train]
         )
     return eoa_m, ceiling_mps, eoa_by
+
+
+@compiled
+def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain]:
+    _, whereabouts, clear_to_m, lasting = instant
+    section_m, spacing, ceiling, (delay_s, own_ceiling) = fields
+    known = Lasting(*lasting)
+    obstacles = clear_to_m, known.granted_by, known.leader, known.follows, section_m
+    eoa_m, ceiling_mps, eoa_by = _authorise(whereabouts, obstacles, spacing, ceiling)
+    return (eoa_m, ceiling_mps, delay_s, eoa_by, own_ceiling), memory
 
 
 @compiled

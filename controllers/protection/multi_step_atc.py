@@ -20,10 +20,18 @@ from kankaku.controllers.protection.fixed_block import detection_on
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import Lasting, LayerSteps
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, AtOnce, Authority, LineState, Whereabouts
-from kankaku.railway.wayside.detection import Sight
+from kankaku.railway.step.state import (
+    NOTHING,
+    AtOnce,
+    Authority,
+    LineState,
+    Whereabouts,
+    authority_of,
+)
+from kankaku.railway.wayside.detection import Sight, look
 from kankaku.railway.wayside.tiling import Tiling, place_of, place_of_front
 
 
@@ -124,8 +132,8 @@ class MultiStepAtc:
         self.code_mps = code_table(world, self._detection, self._codes_mps, self._braking, counted)
         """Codes by train type, block of a route, and free blocks ahead. [m/s]"""
         self._ceiling = LineCeiling(world, world.profile)
-        self._blocks = plain(self._detection.blocks)
-        self._signals = plain(
+        blocks, ceiling = plain(self._detection.blocks), plain(self._ceiling.figures)
+        signals = plain(
             Signals(
                 self._detection.route,
                 world.type_index,
@@ -139,8 +147,8 @@ class MultiStepAtc:
                 world.far_m,
             )
         )
-        self._line_ceiling = plain(self._ceiling.figures)
-        self._no_delay_s = np.zeros(world.size)
+        delay_s = np.zeros(world.size)
+        self._fields = self._detection.fields, (signals, blocks), ceiling, delay_s
         self._at_once = AtOnce(world.size)
 
     def warnings(self) -> tuple[str, ...]:
@@ -165,18 +173,23 @@ class MultiStepAtc:
     def authorise(self, state: LineState, memory: Shown) -> tuple[Authority, Shown]:
         """Return the authority of every train."""
         sight = self._detection.look_ahead(state, memory.sight)
-        onboard = memory.onboard.copy()
-        eoa_m, ceiling_mps, eoa_by, ceiling_by = _authorise(
-            state.time_s,
-            state.whereabouts,
-            (sight.danger_m, sight.danger_by),
-            onboard,
-            (self._signals, self._blocks),
-            self._line_ceiling,
+        told, after = _protect(
+            state.instant,
+            self._fields,
+            (tuple(sight), memory.onboard),
         )
-        bounds, permission = (eoa_m, ceiling_mps, self._no_delay_s), self._at_once.permission(eoa_m)
-        authority = Authority(*bounds, eoa_by, ceiling_by, permission)
-        return authority, Shown(sight, onboard)
+        authority = authority_of(told, self._at_once.permission(told[0]))
+        return authority, Shown(sight, after[1])
+
+    def steps(self, state: LineState, memory: Shown) -> LayerSteps:
+        """Return the compiled step."""
+        del state
+        return LayerSteps(_protect, self._fields, plain(memory), np.inf)
+
+    def resumed(self, memory: Shown, after: Plain) -> Shown:
+        """Return the memory after a bundle of steps."""
+        del memory
+        return Shown(Sight(*after[0]), after[1])
 
     def eoa_behind_m(
         self,
@@ -275,6 +288,20 @@ def _authorise(
             if acted_mps < ceiling_mps[train]:
                 ceiling_mps[train], ceiling_by[train] = acted_mps, danger_by[train]
     return eoa_m, ceiling_mps, eoa_by, ceiling_by
+
+
+@compiled
+def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain]:
+    now_s, whereabouts, _, lasting = instant
+    circuits, signals, ceiling, delay_s = fields
+    before, carried = memory
+    known = Lasting(*lasting)
+    sight = look(now_s, whereabouts, (known.granted_to_m, known.granted_by), circuits, before)
+    onboard, danger = carried.copy(), (sight[3], sight[4])
+    eoa_m, ceiling_mps, eoa_by, ceiling_by = _authorise(
+        now_s, whereabouts, danger, onboard, signals, ceiling
+    )
+    return (eoa_m, ceiling_mps, delay_s, eoa_by, ceiling_by), (sight, onboard)
 
 
 @compiled

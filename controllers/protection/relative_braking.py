@@ -13,15 +13,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.ceiling import LineCeiling, braked_to_mps
+from kankaku.controllers.ceiling import LineCeiling, braked_to_mps, ceilings_ahead_mps
 from kankaku.controllers.options import require
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.plan.brake_table import SPACING_M, BrakeTable, braking_v2_at
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import Lasting, LayerSteps
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, AtOnce, Authority, LineState, Whereabouts
+from kankaku.railway.step.state import (
+    NOTHING,
+    AtOnce,
+    Authority,
+    LineState,
+    Whereabouts,
+    authority_of,
+)
 
 EXACT_M = 0.01
 """How exactly the place of a stand is found, on the near side. [m]"""
@@ -69,9 +77,7 @@ class RelativeBraking:
         self._margin_m = options.margin_m
         self.promises = Promises(options.margin_m)
         self.ceiling = LineCeiling(world, world.profile)
-        self._no_delay_s = np.zeros(world.size)
         self._at_once = AtOnce(world.size)
-        self._own_ceiling = np.full(world.size, NOTHING, dtype=np.intp)
         brake_mps2 = options.leader_brake_kmhps / 3.6
         self.accepted: BoolArray = world.of_type("emergency_brake_mps2") <= brake_mps2
         """Trains that cannot stop shorter than assumed. shape (n_trains,)"""
@@ -79,6 +85,8 @@ class RelativeBraking:
         self._leaders = plain(
             LeadersAhead(world.braking, self.accepted, harder_mps2, options.margin_m)
         )
+        always = np.zeros(world.size), np.full(world.size, NOTHING, dtype=np.intp)
+        self._fields = self._leaders, plain(self.ceiling.figures), *always
 
     def initial(self) -> tuple[()]:
         """Return the memory before the first step: there is nothing to remember."""
@@ -86,11 +94,22 @@ class RelativeBraking:
 
     def authorise(self, state: LineState, memory: tuple[()]) -> tuple[Authority, tuple[()]]:
         """Return the authority of every train."""
-        granted, ahead = (state.granted_to_m, state.granted_by), (state.leader, state.follows)
-        eoa_m, eoa_by = _eoas_m(state.whereabouts, granted, ahead, self._leaders)
-        bounds = eoa_m, self.ceiling.ahead_mps(state), self._no_delay_s
-        permission = self._at_once.permission(eoa_m)
-        return Authority(*bounds, eoa_by, self._own_ceiling, permission), memory
+        told, _ = _protect(
+            state.instant,
+            self._fields,
+            (),
+        )
+        return authority_of(told, self._at_once.permission(told[0])), memory
+
+    def steps(self, state: LineState, memory: tuple[()]) -> LayerSteps:
+        """Return the compiled step."""
+        del state
+        return LayerSteps(_protect, self._fields, memory, np.inf)
+
+    def resumed(self, memory: tuple[()], after: Plain) -> tuple[()]:
+        """Return the memory after a bundle of steps."""
+        del after
+        return memory
 
     def eoa_behind_m(
         self,
@@ -176,3 +195,14 @@ def _eoas_m(
         if rear_m - leaders.margin_m <= eoa_m[train]:
             eoa_m[train], eoa_by[train] = rear_m - leaders.margin_m, leader
     return eoa_m, eoa_by
+
+
+@compiled
+def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain]:
+    _, whereabouts, _, lasting = instant
+    leaders, ceiling, delay_s, own_ceiling = fields
+    known = Lasting(*lasting)
+    granted, ahead = (known.granted_to_m, known.granted_by), (known.leader, known.follows)
+    eoa_m, eoa_by = _eoas_m(whereabouts, granted, ahead, leaders)
+    ceiling_mps = ceilings_ahead_mps(whereabouts, ceiling)
+    return (eoa_m, ceiling_mps, delay_s, eoa_by, own_ceiling), memory

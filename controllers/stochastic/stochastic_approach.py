@@ -29,6 +29,7 @@ from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.motion.kinematics import two_stage_speed_mps
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import Lasting, LayerSteps
 from kankaku.railway.step.control import Foresight
 from kankaku.railway.step.state import (
     NO_REASON,
@@ -133,14 +134,31 @@ class StochasticApproach:
             memory = self._with_events(state, memory)
         if changed or state.time_s >= memory.decided_s + DECIDE_S - ROUNDING_S:
             memory = self._decide(state, authority, memory)
-        ceiling_mps, reason, cause = _ceilings(
-            state.whereabouts,
-            (authority.eoa_m, authority.eoa_by),
-            (state.stop_m, state.leader, state.follows, state.running),
-            (memory.cap_mps, memory.planned_mps, memory.rate_mps2, memory.stays),
-            (*self._rates, state.time_s - memory.decided_s),
+        told, _, _ = _follow(
+            state.instant,
+            tuple(authority[:5]),
+            (memory.cap_mps, memory.stays, self._rates),
+            (memory.planned_mps, memory.rate_mps2, memory.decided_s),
         )
-        return Advice(ceiling_mps, reason, cause), memory
+        return Advice(*told), memory
+
+    def steps(self, state: LineState, memory: ReleasePlans) -> LayerSteps:
+        """Return the compiled step, in which accelerations are chosen, too, as far as it can."""
+        del state
+        followed = memory.cap_mps, memory.stays, self._rates
+        after = memory.planned_mps, memory.rate_mps2, memory.decided_s
+        sites, stack = self._site_numbers(memory.approaches), self._tables.stack
+        if not stack or np.isfinite(memory.points_left_m).any() or memory.stays.any():
+            until_s = memory.decided_s + DECIDE_S - ROUNDING_S
+            return LayerSteps(_follow, followed, after, until_s)
+        known = memory.called, self._known
+        chosen = known, (sites, memory.scale, self._certain), (stack, self._costs)
+        return LayerSteps(_choose_and_follow, (followed, chosen), after, np.inf)
+
+    def resumed(self, memory: ReleasePlans, after: Plain) -> ReleasePlans:
+        """Return the memory after a bundle of steps."""
+        planned_mps, rate_mps2, decided_s = after
+        return memory._replace(planned_mps=planned_mps, rate_mps2=rate_mps2, decided_s=decided_s)
 
     def _decide(self, state: LineState, authority: Authority, memory: ReleasePlans) -> ReleasePlans:
         sites = self._site_numbers(memory.approaches)
@@ -307,3 +325,30 @@ def _ceilings(
         if held <= ceiling_mps[train]:
             ceiling_mps[train], reason[train], cause[train] = held, QUEUE, eoa_by[train]
     return ceiling_mps, reason, cause
+
+
+@compiled
+def _follow(
+    instant: Plain, authority: Plain, fields: Plain, memory: Plain
+) -> tuple[Plain, Plain, bool]:
+    now_s, whereabouts, _, lasting = instant
+    (eoa_m, _, _, eoa_by, _), known = authority, Lasting(*lasting)
+    (cap_mps, stay, rates), (planned_mps, rate_mps2, decided_s) = fields, memory
+    running = Whereabouts(*whereabouts).running
+    ahead = known.stop_m, known.leader, known.follows, running
+    plans, since = (cap_mps, planned_mps, rate_mps2, stay), now_s - decided_s
+    figures = rates[0], rates[1], rates[2], since
+    return _ceilings(whereabouts, (eoa_m, eoa_by), ahead, plans, figures), memory, False
+
+
+@compiled
+def _choose_and_follow(
+    instant: Plain, authority: Plain, fields: Plain, memory: Plain
+) -> tuple[Plain, Plain, bool]:
+    now_s, whereabouts, _, _ = instant
+    followed, (known, approaching, tables) = fields
+    if now_s >= memory[2] + DECIDE_S - ROUNDING_S:
+        rate_mps2 = choose(now_s, whereabouts, known, approaching, tables)
+        # The speeds themselves go on changing.
+        memory = Whereabouts(*whereabouts).speed_mps.copy(), rate_mps2, now_s
+    return _follow(instant, authority, followed, memory)

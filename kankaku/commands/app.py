@@ -25,6 +25,7 @@ from kankaku.asking import (
 from kankaku.commands.shared_options import (
     OUT,
     PROCESSORS,
+    Engine,
     Fresh,
     Jobs,
     MayBeNamed,
@@ -37,6 +38,7 @@ from kankaku.commands.shared_options import (
     Step,
     Version,
 )
+from kankaku.railway.step.engine_ways import EVERY_STEP
 
 STUDY_OUT = OUT / "study"
 RUN = "run"
@@ -119,6 +121,7 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
     jobs: Jobs = PROCESSORS,
     out: Out = OUT,
     fresh: Fresh = False,
+    engine: Engine = EVERY_STEP,
     gui: Annotated[bool, typer.Option("--gui", help="Show the runs in sumo-gui.")] = False,
     list_controllers: Annotated[
         bool,
@@ -146,6 +149,7 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
         "jobs": jobs,
         "gui": gui,
         "fresh": fresh,
+        "engine": engine,
     }
     _end(run_shown.compare(scenario, out, choices))
 
@@ -161,6 +165,7 @@ def across(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
     jobs: Jobs = PROCESSORS,
     out: Out = OUT,
     fresh: Fresh = False,
+    engine: Engine = EVERY_STEP,
 ) -> None:
     """Run the same controllers in several scenarios, and compare them in one table."""
     from kankaku.commands.across_shown import compare_across
@@ -173,6 +178,7 @@ def across(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
         "step_s": step,
         "jobs": jobs,
         "fresh": fresh,
+        "engine": engine,
     }
     _end(compare_across(scenarios, out, choices))
 

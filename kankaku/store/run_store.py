@@ -22,6 +22,7 @@ from kankaku.analysis.tables.columns import json_text, read_csv, write_whole
 from kankaku.analysis.tables.run_tables import RunTables, table_file, write_run
 from kankaku.controllers import registry
 from kankaku.railway.plan.scenario import UNSUPERVISED, ControllerSpec, Scenario
+from kankaku.railway.step.engine_ways import EVERY_STEP
 from kankaku.railway.step.records import RAW_TABLES, UNFINISHED, VIOLATIONS
 from kankaku.store.fingerprint import content_sha256, foreign_sha256, sources_sha256
 
@@ -35,6 +36,7 @@ COMPARED: Mapping[str, str] = {
     "scenario_sha256": "scenario",
     "content_sha256": "scenario as changed by a script",
     "step_s": "step",
+    "engine": "engine",
     "controller": "options of the controller",
     "versions": "versions",
     "sources_sha256": "sources of the program",
@@ -103,7 +105,9 @@ class Kept:
         return [COMPARED[key] for key in keys if self.told.get(key) != origin[key]]
 
 
-def origin_of(scenario: Scenario, spec: ControllerSpec, step_s: float) -> Origin:
+def origin_of(
+    scenario: Scenario, spec: ControllerSpec, step_s: float, engine: str = EVERY_STEP
+) -> Origin:
     """
     Return what the runs of a controller are made from.
 
@@ -115,6 +119,8 @@ def origin_of(scenario: Scenario, spec: ControllerSpec, step_s: float) -> Origin
         The controller.
     step_s
         Length of a step. [s]
+    engine
+        How SUMO takes part.
 
     Returns
     -------
@@ -127,6 +133,7 @@ def origin_of(scenario: Scenario, spec: ControllerSpec, step_s: float) -> Origin
         "scenario_sha256": scenario.digest,
         "content_sha256": content_sha256(content),
         "step_s": step_s,
+        "engine": engine,
         "controller": controller_told(spec),
         "versions": {name: version(name) for name in VERSIONED},
         "sources_sha256": sources_sha256(),

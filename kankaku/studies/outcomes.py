@@ -8,13 +8,33 @@ from typing import NamedTuple, TypeAlias
 import pandas as pd
 
 from kankaku.analysis.tables.sweep import SweepTables
-from kankaku.railway.errors import KankakuError
+from kankaku.railway.errors import KankakuError, suggesting
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.step.engine_ways import ENGINES, EVERY_STEP
 from kankaku.store.run_store import Kept, Task
 
 
 class StudyError(KankakuError):
     """What of a scenario cannot be run: the option or the run, and what is wrong."""
+
+
+def refuse_unknown_engine(engine: str) -> None:
+    """
+    Refuse an engine that there is not.
+
+    Parameters
+    ----------
+    engine
+        Its name.
+
+    Raises
+    ------
+    StudyError
+        If it is none of :data:`~kankaku.railway.step.engine_ways.ENGINES`.
+    """
+    if engine not in ENGINES:
+        msg = f"--engine: {engine!r}; allowed: {suggesting(engine, ENGINES, ', '.join(ENGINES))}"
+        raise StudyError(msg)
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +49,11 @@ class Study:
     gui: bool = False
     fresh: bool = False
     """Run what is finished in the results folder, too."""
+    engine: str = EVERY_STEP
+    """One of :data:`~kankaku.railway.step.engine_ways.ENGINES`."""
 
     def __post_init__(self) -> None:
+        refuse_unknown_engine(self.engine)
         if self.scenario.sweep and len(self.seeds) > 1:
             msg = f"--seeds: {len(self.seeds)} seeds of a scenario with a sweep; allowed: 1"
             raise StudyError(msg)

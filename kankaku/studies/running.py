@@ -40,7 +40,7 @@ class Running:
         """Look at what the folder holds; see :func:`study.run_study` for what is refused."""
         self._study, self._folder, self._work, self._world = study, folder, work, world
         self._origins: Mapping[str, Origin] = {
-            spec.name: run_store.origin_of(study.scenario, spec, study.step_s)
+            spec.name: run_store.origin_of(study.scenario, spec, study.step_s, study.engine)
             for spec in study.specs
         }
         self._result = StudyResult(folder)

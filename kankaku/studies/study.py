@@ -30,12 +30,14 @@ from kankaku.railway.plan.run import Run
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World, build_world
 from kankaku.railway.step.control import Controller, Foresight
+from kankaku.railway.step.engine_ways import EVERY_STEP
 from kankaku.railway.step.records import RunRecord
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.shipped import folder_of
 from kankaku.store import run_store
 from kankaku.store.holding import held
 from kankaku.store.run_store import Task
+from kankaku.studies.movers import mover_of
 from kankaku.studies.outcomes import (
     Failed,
     Go,
@@ -50,10 +52,6 @@ from kankaku.studies.outcomes import (
 )
 from kankaku.studies.registered_layers import Registered, registered
 from kankaku.studies.running import Running
-from kankaku.sumo_net.build import build, build_native
-from kankaku.sumo_net.engine import SumoEngine
-from kankaku.sumo_net.native import NativeEngine
-from kankaku.sumo_net.network_engine import NetworkEngine
 
 __all__ = [
     "Failed",
@@ -121,6 +119,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
     step_s: float,
     *,
     gui: bool = False,
+    engine: str = EVERY_STEP,
     progress: Callable[[float], None] = lambda _: None,
     wrap: Callable[[str, Any], Any] = lambda _, layer: layer,
     unit_failures: Sequence[UnitFailure] | None = None,
@@ -140,6 +139,8 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         Length of a step. [s]
     gui
         Show the run in sumo-gui.
+    engine
+        How SUMO takes part, one of :data:`~kankaku.railway.step.engine_ways.ENGINES`.
     progress
         Called with the simulated time now and then. [s]
     wrap
@@ -157,7 +158,8 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
     Raises
     ------
     StudyError
-        If a train cannot start, climb, hold or stop wherever its service takes it.
+        If a train cannot start, climb, hold or stop wherever its service takes it, or there is no
+        such engine.
     """
     weak = assess(scenario.line, scenario.train_types, scenario.timetable).shortfalls
     if weak:
@@ -166,15 +168,11 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
     delays_s = scenario.dwell_delays.draw(scenario.timetable, seed)
     bare = registry.build(spec, world, scenario.radio, delays_s)
     controller = _wrapped(bare, wrap)
-    peer = registry.PEERS[spec.peer] if spec.peer else None
-    write = partial(build_native, moving_block=peer.moving_block) if peer else build
-    commanded = NetworkEngine if scenario.line.network else SumoEngine
-    engine: type[NativeEngine | NetworkEngine | SumoEngine] = NativeEngine if peer else commanded
-    record = None
+    mover, record = mover_of(scenario, spec, engine), None
     try:
         with tempfile.TemporaryDirectory(prefix="kankaku-", dir=temporary_folder()) as folder:
-            files = write(scenario, world, delays_s, Path(folder))
-            with engine(files, world, gui=gui) as sumo:
+            files = mover.write(scenario, world, delays_s, Path(folder))
+            with mover.engine(files, world, gui=gui) as sumo:
                 run, units = _run_of(scenario, world, delays_s, seed), None
                 if unit_failures is not None:
                     run, units = failing(run, unit_failures)
@@ -190,7 +188,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         # After a collision an engine may even fail to end.
         if record is None or not record.failure:
             raise
-    return record if peer else replace(record, foresight=foresight_of(bare))
+    return record if spec.peer else replace(record, foresight=foresight_of(bare))
 
 
 def _wrapped(bare: Controller, wrap: Callable[[str, Any], Any]) -> Controller:
@@ -295,7 +293,12 @@ def _perform(
     started = time.perf_counter()
     spec = next(spec for spec in study.specs if spec.name == task.controller)
     scenario = study.scenario.with_initial_delay(task.initial_delay_s)
-    record = run_once(scenario, spec, task.seed, study.step_s, gui=study.gui, progress=progress)
+    record = run_once(
+        *(scenario, spec, task.seed, study.step_s),
+        gui=study.gui,
+        engine=study.engine,
+        progress=progress,
+    )
     told = {
         "wall_s": round(time.perf_counter() - started, 3),
         "train_steps": record.train_steps,
@@ -304,7 +307,7 @@ def _perform(
     }
     place = Path(tempfile.mkdtemp()) / "run"
     # Asked here, where the run was made: whoever edits the program meanwhile changes it.
-    origin = run_store.origin_of(study.scenario, spec, study.step_s)
+    origin = run_store.origin_of(study.scenario, spec, study.step_s, study.engine)
     run_store.write_finished(run_tables(record), place, origin, task, told)
     return place
 
@@ -335,6 +338,7 @@ def choose(  # noqa: PLR0913 - one argument per choice of the user
     gui: bool = False,
     everything: bool = False,
     fresh: bool = False,
+    engine: str = EVERY_STEP,
 ) -> Study:
     """
     Read a scenario and choose what to run of it.
@@ -362,6 +366,8 @@ def choose(  # noqa: PLR0913 - one argument per choice of the user
         Where no names are given, take the controllers that do not run by default, too.
     fresh
         Run what is finished in the results folder, too.
+    engine
+        How SUMO takes part, one of :data:`~kankaku.railway.step.engine_ways.ENGINES`.
 
     Returns
     -------
@@ -393,4 +399,5 @@ def choose(  # noqa: PLR0913 - one argument per choice of the user
         1 if gui else jobs,
         gui,
         fresh,
+        engine,
     )

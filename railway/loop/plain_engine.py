@@ -7,6 +7,7 @@ import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import Span
 from kankaku.railway.step.engine_contract import Observation
 
 STOP_TOLERANCE_M = 0.5
@@ -14,6 +15,8 @@ STOP_TOLERANCE_M = 0.5
 HALTING_SPEED_MPS = 0.1
 """At this speed or less. [m/s]"""
 ROUNDING_S = 1e-6
+MOST_STEPS = 300
+"""In one span. [-]"""
 
 
 class PlainEngine:
@@ -49,6 +52,7 @@ class PlainEngine:
         self._running: set[int] = set()
         self._rows: IntArray = np.zeros(0, dtype=np.intp)
         self._aims_m: FloatArray = np.zeros(0)
+        self._ends_m: FloatArray = np.zeros(0)
         self._over_s: dict[int, float] = {}
         """When each stop is over of itself."""
         self._release_s: dict[int, float] = {}
@@ -123,11 +127,56 @@ class PlainEngine:
         self._speed_mps[rows] = after_mps
         self._steps += 1
 
+    def span(self) -> Span | None:
+        """
+        Return the steps up to the next entry or release.
+
+        Returns
+        -------
+        Span | None
+            None while a train waits to enter.
+        """
+        now_s, stop_s = self._now_s, self._next_release_s
+        if self._waiting:
+            booked_s = self._world.booked_arrival_s[:, 0]
+            stop_s = min(stop_s, float(booked_s[self._waiting].min()))
+        if now_s >= stop_s - ROUNDING_S:
+            return None
+        steps = np.arange(self._steps, self._steps + MOST_STEPS, dtype=np.float64)
+        return Span(
+            self._begin_s + steps * self._step_s,
+            self._step_s,
+            stop_s - ROUNDING_S,
+            self._rows,
+            self._aims_m,
+            self._ends_m,
+            HALTING_SPEED_MPS,
+            STOP_TOLERANCE_M,
+            0.0,
+            0.0,
+        )
+
+    def moved(self, commands_mps: FloatArray, front_m: FloatArray, speed_mps: FloatArray) -> None:
+        """
+        Take over where trains are after some steps of a span.
+
+        Parameters
+        ----------
+        commands_mps
+            What was commanded in each step. [m/s], shape (n_steps, n_trains)
+        front_m, speed_mps
+            Fronts and speeds after the last one. [m], [m/s], shape (n_trains,)
+        """
+        self._front_m, self._speed_mps = front_m.copy(), speed_mps.copy()
+        self._steps += len(commands_mps)
+
     def _regroup(self) -> None:
         """Take note of who is running, after an event."""
         rows = sorted(self._running)
         self._rows = np.array(rows, dtype=np.intp)
         self._aims_m = np.array([self._world.stop_m[row, self._call[row]] for row in rows])
+        leaves = self._world.leaves_at_stop[self._rows]
+        self._ends_m = np.where(leaves, np.inf, self._world.line.end_m)
         self._next_release_s = min(self._release_s.values(), default=np.inf)
 
     def _past_end(self) -> tuple[int, ...]:

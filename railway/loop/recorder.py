@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.loop.compiled_loop import Kept, Sampling
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Command, Controller
 from kankaku.railway.step.reasons import Reasons
@@ -93,6 +94,51 @@ class Recorder:
                 self._without_radio_s if radio is None else radio.heard_s,
             )
         self._written += 1
+        if self._written > BLOCK_STEPS:
+            self.flush()
+
+    def space(self) -> tuple[int, Kept, Sampling]:
+        """
+        Return how many steps may be written in one go, and where.
+
+        Returns
+        -------
+        tuple[int, Kept, Sampling]
+            At least one step, and where they and samples of them go.
+        """
+        at, every = self._written, self._sample_every
+        steps = BLOCK_STEPS + 1 - at
+        size, most = self._front_m.shape[1], steps // every + 1
+        arrays = self._time_s, self._front_m, self._speed_mps, self._eoa_m, self._delay_s
+        found = np.empty((most, 3, size), dtype=np.intp)
+        asked = np.empty((most, 2, size), dtype=np.intp)
+        return steps, Kept(at, *arrays), Sampling(self._until_sample, every, found, asked)
+
+    def wrote(self, steps: int, sampling: Sampling, samples: int, until_sample: int) -> None:
+        """
+        Take note of steps that were written in one go.
+
+        Parameters
+        ----------
+        steps
+            How many. [-]
+        sampling
+            From :meth:`space`.
+        samples
+            How many of them were sampled. [-]
+        until_sample
+            Steps from the next one to the next sample. [-]
+        """
+        at = self._written
+        self._emergency[at : at + steps] = False
+        if samples:
+            found = sampling.found[:samples]
+            self._reasons.check_sampled(found, sampling.asked[:samples])
+            first = at + sampling.until_sample
+            self._reasoned.extend(found)
+            self._sampled.extend(range(first, first + samples * sampling.every, sampling.every))
+        self._until_sample = until_sample
+        self._written += steps
         if self._written > BLOCK_STEPS:
             self.flush()
 

@@ -9,6 +9,7 @@ from kankaku.railway.arrays import FloatArray
 from kankaku.railway.errors import sentence_of
 from kankaku.railway.failures.unit_failures import Units
 from kankaku.railway.loop.agreements import FirstStep
+from kankaku.railway.loop.bundling import Bundling, nothing_happened
 from kankaku.railway.loop.recorder import Recorder
 from kankaku.railway.loop.supervising import Supervising
 from kankaku.railway.loop.tracker import Tracker
@@ -17,7 +18,7 @@ from kankaku.railway.plan.run import Run
 from kankaku.railway.radio.data_link import Radio
 from kankaku.railway.safety.monitor import Monitor
 from kankaku.railway.step.control import Command, Controller
-from kankaku.railway.step.engine_contract import Engine
+from kankaku.railway.step.engine_contract import Engine, Observation
 from kankaku.railway.step.records import HoldTimes, RunRecord, Unfinished
 from kankaku.railway.step.state import Advice, Authority, LineState
 from kankaku.railway.step.step_block import Meter
@@ -111,20 +112,30 @@ class _Loop:
         """Run until all trains have left, or patience is over; return the last moment."""
         booked_s = self._run.world.booked_departure_s
         last_booked_s = float(np.max(booked_s, initial=0.0, where=np.isfinite(booked_s)))
-        tracker, steps = self._tracker, 0
+        over_s = last_booked_s + self._run.patience_s
+        tracker, steps, told, state = self._tracker, 0, 0, None
+        layers = self._layers
+        bundling = Bundling(engine, layers.controller, tracker, self.recorder, over_s)
         while True:
             seen = engine.observe()
             self.now_s = seen.time_s
-            state = tracker.update(seen)
             self.monitor.note_collisions(seen.collided, self.now_s)
-            authority, advice, command = self._layers.decide(state, self._wayside, engine)
-            self.recorder.write(state, authority, advice, command)
-            if tracker.finished or self.now_s > last_booked_s + self._run.patience_s:
-                return Ending(state, authority, tracker.completed, self._run.disruptions)
-            engine.apply(command.speed_mps)
-            engine.advance()
-            steps += 1
-            if steps % REPORT_EVERY_STEPS == 0:
+            taken = 0
+            if bundling.possible and state is not None and nothing_happened(seen):
+                taken = layers.take_bundle(bundling, seen, state)
+            if not taken:
+                state = tracker.update(seen)
+                authority, advice, command = layers.decide(state, self._wayside, engine)
+                self.recorder.write(state, authority, advice, command)
+                if tracker.finished or self.now_s > over_s:
+                    return Ending(state, authority, tracker.completed, self._run.disruptions)
+                bundling.asked_in_python()
+                engine.apply(command.speed_mps)
+                engine.advance()
+                taken = 1
+            steps += taken
+            if steps // REPORT_EVERY_STEPS > told:
+                told = steps // REPORT_EVERY_STEPS
                 progress(self.now_s)
 
     def record(self, failure: str, left: tuple[Unfinished, ...]) -> RunRecord:
@@ -189,6 +200,14 @@ class _Layers:
         if self._supervising:
             command = self._supervising.told(command)
         return authority, advice, command
+
+    def take_bundle(self, bundling: Bundling, seen: Observation, state: LineState) -> int:
+        """Return how many steps could be taken in one go from the last state on."""
+        memories = self._permitted, self._planned
+        taken, (self._permitted, self._planned) = bundling.take(
+            seen, state, memories, self._supervising
+        )
+        return taken
 
     def held(self, arrival_s: FloatArray, end_s: float) -> HoldTimes | None:
         """Return how long supervision held every train; None where there is none."""

@@ -45,6 +45,11 @@ class Supervising:
         self._open_until_s = np.full((size, calls), NO_HOLD_S)
         self._closed_s = np.zeros((size, calls))
 
+    @property
+    def quiet_until_s(self) -> float:
+        """Before this time nobody need be asked without an event. [s]"""
+        return float(self._orders.again_s) if self._nobody_held else -np.inf
+
     def decide(
         self, state: LineState, authority: Authority, engine: Engine, first: FirstStep | None
     ) -> LineState:

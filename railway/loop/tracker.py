@@ -4,6 +4,7 @@ import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.failures.unit_failures import Units
+from kankaku.railway.loop.compiled_loop import Watched
 from kankaku.railway.plan.world import World
 from kankaku.railway.radio.data_link import Radio
 from kankaku.railway.step.engine_contract import Observation
@@ -58,6 +59,32 @@ class Tracker:
     def finished(self) -> bool:
         """Every train has left the line."""
         return self._unfinished == 0
+
+    def watched(self, until_s: float) -> Watched:
+        """
+        Return what has to be watched between events.
+
+        Parameters
+        ----------
+        until_s
+            From this time on somebody else wants to be asked. [s]
+
+        Returns
+        -------
+        Watched
+            As long as the state of the line is the one that was returned last.
+        """
+        if self._asks or self._radio or self._units:
+            until_s = -np.inf
+        until_s = min(until_s, self._leaders.next_s, self._wayside.quiet_until_s)
+        return Watched(
+            until_s,
+            self._next_clear_m,
+            np.array(self._ready, dtype=np.intp),
+            self._world.length_m,
+            self._present,
+            self._running,
+        )
 
     def update(self, seen: Observation) -> LineState:
         """

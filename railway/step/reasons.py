@@ -146,18 +146,41 @@ class Reasons:
             beside the track.
         """
         self._check(advice.reason, command.bound)
-        found = _explain(
+        found = explain(
             state.running,
             command.bound,
             (authority.eoa_by, authority.ceiling_by),
             (advice.reason, advice.cause),
             REASON_OF_BOUND,
         )
+        self._check_causes(found[2])
+        return found
+
+    def check_sampled(self, found: IntArray, asked: IntArray) -> None:
+        """
+        Refuse what :meth:`of` refuses, for samples that were taken without it.
+
+        Parameters
+        ----------
+        found
+            What :func:`explain` found. shape (n_samples, 3, n_trains)
+        asked
+            Reason of the advice and bound of the command. shape (n_samples, 2, n_trains)
+
+        Raises
+        ------
+        ReasonError
+            As :meth:`of`.
+        """
+        for reason, bound in asked:
+            self._check(reason, bound)
+        self._check_causes(found[:, 2])
+
+    def _check_causes(self, cause: IntArray) -> None:
         least, most = self._causes
-        if found[2].min() < least or found[2].max() > most:
+        if cause.min() < least or cause.max() > most:
             msg = f"controller {self._controller} names causes that are no train and no place"
             raise ReasonError(msg)
-        return found
 
 
 @compiled
@@ -171,13 +194,34 @@ def _unexplained(reason: IntArray, bound: IntArray, words: int) -> int:
 
 
 @compiled
-def _explain(
+def explain(
     running: BoolArray,
     bound: IntArray,
     behind: tuple[IntArray, IntArray],
     advice: tuple[IntArray, IntArray],
     reason_of_bound: IntArray,
 ) -> IntArray:
+    """
+    Return why every train is as fast as it is.
+
+    Parameters
+    ----------
+    running
+        Trains that take commands. shape (n_trains,)
+    bound
+        What counts for the drive. shape (n_trains,)
+    behind
+        What ends each way, and what makes each ceiling low. shape (n_trains,) each
+    advice
+        Reason and cause of the advice. shape (n_trains,) each
+    reason_of_bound
+        The reason of each bound that needs no second look. shape (n_bounds,)
+
+    Returns
+    -------
+    IntArray
+        As :meth:`Reasons.of`. shape (3, n_trains)
+    """
     (eoa_by, ceiling_by), (advised, advised_for) = behind, advice
     found = np.full((3, running.size), NOTHING)
     for train in range(running.size):

@@ -230,6 +230,18 @@ class LineState(NamedTuple):
         """The fields of :class:`Whereabouts`."""
         return self.front_m, self.tail_m, self.speed_mps, self.present, self.running
 
+    @property
+    def lasting(self) -> Plain:
+        """The fields of :class:`~kankaku.railway.step.bundles.Lasting`."""
+        granted = self.granted_to_m, self.granted_by
+        calls = self.next_call, self.stop_m, self.arrival_s
+        return (self.leader, self.follows, *granted, *calls)
+
+    @property
+    def instant(self) -> Plain:
+        """What compiled steps of layers read; see :mod:`kankaku.railway.step.bundles`."""
+        return self.time_s, self.whereabouts, self.clear_to_m, self.lasting
+
 
 class RadioPermission(NamedTuple):
     """What trains know that take their commands by radio; arrays of shape (n_trains,)."""
@@ -285,6 +297,26 @@ class Authority(NamedTuple):
     """What is ahead that makes the ceiling low; ``NOTHING`` where it is the line's own."""
     permission: RadioPermission
     """What came by radio; from :class:`AtOnce` for a protection that needs none."""
+
+
+def authority_of(told: Plain, permission: RadioPermission) -> Authority:
+    """
+    Return the authority of what a compiled step tells.
+
+    Parameters
+    ----------
+    told
+        All fields of :class:`Authority` but the last.
+    permission
+        The last one.
+
+    Returns
+    -------
+    Authority
+        With its names.
+    """
+    eoa_m, ceiling_mps, delay_s, eoa_by, ceiling_by = told
+    return Authority(eoa_m, ceiling_mps, delay_s, eoa_by, ceiling_by, permission)
 
 
 class Advice(NamedTuple):

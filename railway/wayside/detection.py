@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import plain
+from kankaku.railway.compiled import Plain, compiled, plain
 from kankaku.railway.plan.world import World
-from kankaku.railway.step.state import NOTHING, LineState
+from kankaku.railway.step.state import NOTHING, LineState, Whereabouts
 from kankaku.railway.wayside.looking import (
     ROUNDING_S,
     CircuitsShown,
@@ -74,6 +74,9 @@ class Detection:
         self._step_s = world.step_s
         self._most_mps2 = float(world.greatest_acceleration_mps2.max())
         self._size = len(line.track_circuits)
+        figures = self.release_delay_s + ROUNDING_S, self._step_s, self._most_mps2
+        self.fields: Plain = (self.route, self._plain, figures)
+        """What :func:`look` wants."""
         self._granted_m = np.full(self.route.size, np.inf)
         self._nothing = np.full(self.route.size, NOTHING)
 
@@ -222,22 +225,9 @@ class Detection:
         """
         if state.time_s < before.until_s and not state.events:
             return before
-        found = look_ahead(
-            state.time_s,
-            (
-                state.front_m,
-                state.tail_m,
-                state.present,
-                state.granted_to_m,
-                state.granted_by,
-                self.route,
-            ),
-            (state.speed_mps, state.running),
-            self._plain,
-            (before.looked_s, before.touched_s, before.touched_by),
-            (self.release_delay_s + ROUNDING_S, self._step_s, self._most_mps2),
-        )
-        return Sight(state.time_s, *found)
+        due = before._replace(until_s=-np.inf)
+        granted = state.granted_to_m, state.granted_by
+        return Sight(*look(state.time_s, state.whereabouts, granted, self.fields, tuple(due)))
 
     def boundary_m(self, row: int, tiling: Tiling, place_m: FloatArray) -> FloatArray:
         """
@@ -278,6 +268,48 @@ class Detection:
         """
         route = self.route[row]
         return slice(int(tiling.first[route]), int(tiling.first[route + 1]))
+
+
+@compiled
+def look(
+    now_s: float,
+    whereabouts: Plain,
+    granted: tuple[FloatArray, IntArray],
+    fields: Plain,
+    before: Plain,
+) -> Plain:
+    """
+    Return how far the way of every train is free, looking again only where that may have changed.
+
+    Parameters
+    ----------
+    now_s
+        The time. [s]
+    whereabouts
+        See :class:`~kankaku.railway.step.state.Whereabouts`.
+    granted
+        How far the way of each train is granted [m], and what is there. shape (n_trains,) each
+    fields
+        :attr:`Detection.fields`.
+    before
+        Of :class:`Sight`, plain: what was seen a step ago.
+
+    Returns
+    -------
+    Plain
+        Of :class:`Sight`; the same arrays where nothing can have changed.
+    """
+    looked_s, touched_s, touched_by, _, _, until_s = before
+    if now_s < until_s:
+        return before
+    (route, line, figures), trains = fields, Whereabouts(*whereabouts)
+    train_fields = trains.front_m, trains.tail_m, trains.present, granted[0], granted[1], route
+    moving = trains.speed_mps, trains.running
+    known = looked_s, touched_s, touched_by
+    touched_s, touched_by, danger_m, danger_by, until_s = look_ahead(
+        now_s, train_fields, moving, line, known, figures
+    )
+    return now_s, touched_s, touched_by, danger_m, danger_by, until_s
 
 
 def _points(world: World) -> Points:

@@ -319,14 +319,28 @@ class Leaders:
         """
         tail_m = front_m - self._world.length_m
         clear_to_m = granted_to_m.copy()
-        _lower_to_tails(clear_to_m, tail_m, self.leader, self.follows)
+        lower_to_tails(clear_to_m, tail_m, self.leader, self.follows)
         return tail_m, clear_to_m
 
 
 @compiled
-def _lower_to_tails(
+def lower_to_tails(
     clear_to_m: FloatArray, tail_m: FloatArray, leader: IntArray, follows: BoolArray
 ) -> None:
+    """
+    End the clear way of trains at the tails of those that they follow.
+
+    Parameters
+    ----------
+    clear_to_m
+        How far the way of each train is clear; written to. [m], shape (n_trains,)
+    tail_m
+        Tails. [m], shape (n_trains,)
+    leader
+        Row of the train ahead. shape (n_trains,)
+    follows
+        Who follows it on its own way. shape (n_trains,)
+    """
     for train in range(tail_m.size):
         if follows[train]:
             clear_to_m[train] = min(clear_to_m[train], tail_m[leader[train]])

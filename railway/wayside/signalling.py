@@ -114,6 +114,13 @@ class Wayside:
         moved = self.state.obstructed_m != before.obstructed_m
         return tuple(np.flatnonzero(moved).tolist())
 
+    @property
+    def quiet_until_s(self) -> float:
+        """Before this time nothing changes without an event. [s]"""
+        if self.unsettled:
+            return -np.inf
+        return self._quiet_s if self._machines else np.inf
+
     def settle(self, state: LineState, covered_m: FloatArray) -> None:
         """
         Establish the work zones that nobody is in, or holds a permission into.

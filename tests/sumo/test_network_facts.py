@@ -13,7 +13,8 @@ from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.shipped import folder_of
 from kankaku.sumo_net.build import SumoFiles, build, network
 from kankaku.sumo_net.door import disarm
-from kankaku.sumo_net.network_xml import edge_of, route_names, twins
+from kankaku.sumo_net.network_xml import edge_of, twins
+from kankaku.sumo_net.witness_xml import route_names
 from kankaku.testing.example_lines import world_of
 
 NETWORKS = ("branch", "loop_line", "overtaking", "single_track", "terminal", "whole_line")

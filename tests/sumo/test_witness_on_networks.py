@@ -16,10 +16,10 @@ from kankaku.railway.step.engine_contract import Engine, Observation
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.shipped import folder_of
 from kankaku.studies.study import run_once
-from kankaku.sumo_net import network_engine
+from kankaku.sumo_net import witness_engine
 from kankaku.sumo_net.build import build, steps_per_look, sumo_binary
 from kankaku.sumo_net.engine import AGREEMENT_M, EngineDisagreementError
-from kankaku.sumo_net.network_engine import NetworkEngine
+from kankaku.sumo_net.witness_engine import WitnessEngine
 from kankaku.testing.example_lines import world_of
 from tests.property.runs import controller_of
 
@@ -44,10 +44,10 @@ def only(scenario: str, *trains: str) -> Scenario:
     return replace(whole, timetable=replace(whole.timetable, services=services))
 
 
-def on_sumo(scenario: Scenario, folder: Path, *, gui: bool = False) -> NetworkEngine:
+def on_sumo(scenario: Scenario, folder: Path, *, gui: bool = False) -> WitnessEngine:
     world = world_of(scenario)
     delay_s = scenario.dwell_delays.draw(scenario.timetable, scenario.seed)
-    return NetworkEngine(build(scenario, world, delay_s, folder / "run"), world, gui=gui)
+    return WitnessEngine(build(scenario, world, delay_s, folder / "run"), world, gui=gui)
 
 
 def plain(scenario: Scenario) -> PlainEngine:
@@ -176,7 +176,7 @@ def test_a_train_off_its_commands_stops_the_run(
 def test_a_network_in_which_sumo_sees_two_tracks_for_one_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(network_engine, "twins", lambda _: {"down": "up"})
+    monkeypatch.setattr(witness_engine, "twins", lambda _: {"down": "up"})
     scenario = only("terminal", "d01")
     with pytest.raises(EngineDisagreementError, match="down and up are one track"):
         on_sumo(scenario, tmp_path).__enter__()
@@ -207,7 +207,7 @@ def test_a_study_runs_networks_on_sumo_as_a_witness() -> None:
 
     record = run_once(only("terminal", "d01", "u01"), CLOSE_UP, 1, 0.5, wrap=note)
     assert record.completed.all()
-    assert [type(engine) for engine in engines] == [NetworkEngine]
+    assert [type(engine) for engine in engines] == [WitnessEngine]
 
 
 def test_peers_do_not_run_on_networks() -> None:

@@ -1,4 +1,4 @@
-"""The engine of networks: trains move as commanded, and SUMO looks on as a witness."""
+"""The engine that keeps all stops itself: trains move as commanded, and SUMO is a witness."""
 
 from collections.abc import Iterable
 from types import TracebackType
@@ -11,15 +11,16 @@ from kankaku.railway.loop.plain_engine import PlainEngine
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.sumo_net import names
-from kankaku.sumo_net.build import SumoFiles, steps_per_look
+from kankaku.sumo_net.build import SumoFiles, steps_per_look, witnessed
 from kankaku.sumo_net.door import close, disarm, start
 from kankaku.sumo_net.engine import AGREEMENT_M, ALL_CHECKS_OFF, EngineDisagreementError
-from kankaku.sumo_net.network_xml import edge_of, route_names, twins
+from kankaku.sumo_net.network_xml import edge_of, twins
+from kankaku.sumo_net.witness_xml import route_names, route_starts_m
 
 
-class NetworkEngine(PlainEngine):
+class WitnessEngine(PlainEngine):
     """
-    Runs trains on a network, with SUMO as an independent witness of collisions.
+    Runs trains on any line, with SUMO as an independent witness of places and collisions.
 
     Commands are integrated and stops are kept here. Once a second, or in every step where a second
     is no multiple of it, and in a run that is watched, SUMO moves its trains in one step of its own
@@ -64,8 +65,7 @@ class NetworkEngine(PlainEngine):
         route_of = route_names(services)
         self._routes = [route_of[service.route] for service in services]
         self._types = [names.vehicle_type(service.train_type) for service in services]
-        start_m = {track.id: track.start_m for track in world.line.network}
-        self._route_start_m = np.array([start_m[service.route[0]] for service in services])
+        self._route_start_m = route_starts_m(witnessed(world.line), services)
         self._waits_for_sumo: set[int] = set()
         """Trains that have entered since SUMO looked last."""
         self._leaves_sumo: set[int] = set()
@@ -78,6 +78,8 @@ class NetworkEngine(PlainEngine):
         """Where each front was when SUMO saw it first. [m]"""
         self._colliding: frozenset[int] = frozenset()
         self._met: set[int] = set()
+        self._fresh: set[int] = set()
+        """Who has collided within the steps that were taken in one go last."""
 
     def __enter__(self) -> Self:
         """Start SUMO."""
@@ -116,29 +118,54 @@ class NetworkEngine(PlainEngine):
         seen = super().observe()
         self._waits_for_sumo |= set(seen.entered)
         self._leaves_sumo |= set(seen.left)
-        if self._steps == 0 or self._steps % self._steps_per_look:
-            return seen
-        return seen._replace(collided=self._look(seen))
+        if self._steps and not self._steps % self._steps_per_look:
+            self._look(seen.time_s, seen.front_m, seen.speed_mps)
+        if self._fresh:
+            seen = seen._replace(collided=tuple(sorted(self._fresh)))
+            self._fresh = set()
+        return seen
 
-    def _look(self, seen: Observation) -> tuple[int, ...]:
-        """Let SUMO follow, compare, and return who has collided."""
+    def moved(self, commands_mps: FloatArray, front_m: FloatArray, speed_mps: FloatArray) -> None:
+        """
+        Take over where trains are after some steps of a span, and let SUMO look in between.
+
+        Parameters
+        ----------
+        commands_mps
+            What was commanded in each step. [m/s], shape (n_steps, n_trains)
+        front_m, speed_mps
+            Fronts and speeds after the last one. [m], [m/s], shape (n_trains,)
+        """
+        first, steps, rows = self._steps, len(commands_mps), self._rows
+        to_look = self._steps_per_look - first % self._steps_per_look
+        if to_look < steps:
+            speeds_mps = np.vstack([self._speed_mps, commands_mps])[:, rows]
+            gone_m = 0.5 * self._step_s * np.cumsum(speeds_mps[:-1] + speeds_mps[1:], axis=0)
+            for after in range(to_look, steps, self._steps_per_look):
+                there_m, then_mps = self._front_m.copy(), self._speed_mps.copy()
+                there_m[rows] += gone_m[after - 1]
+                then_mps[rows] = speeds_mps[after]
+                time_s = self._begin_s + (first + after) * self._step_s
+                self._look(time_s, there_m, then_mps)
+        super().moved(commands_mps, front_m, speed_mps)
+
+    def _look(self, time_s: float, front_m: FloatArray, speed_mps: FloatArray) -> None:
+        """Let SUMO follow, compare, and take note of who has collided."""
         if self._leaves_sumo:
             self._take_off_in_sumo()
         rows = self._shown
-        front_m, speed_mps = seen.front_m.take(rows), seen.speed_mps.take(rows)
-        self._move_in_sumo(front_m - self._seen_m.take(rows), speed_mps)
+        self._move_in_sumo(front_m.take(rows) - self._seen_m.take(rows), speed_mps.take(rows))
         added = sorted(self._waits_for_sumo)
         for row in added:
-            self._add_to_sumo(row, float(seen.front_m[row]), float(seen.speed_mps[row]))
+            self._add_to_sumo(row, float(front_m[row]), float(speed_mps[row]))
         self._waits_for_sumo.clear()
         self._sumo.simulationStep()
         ended = [self._row_of[vehicle] for vehicle in self._sumo.simulation.getArrivedIDList()]
         if added or ended:
             self._show({*rows.tolist(), *added} - {*ended})
-        self._seen_m = seen.front_m
-        collided = self._new_collisions()
-        self._compare(seen)
-        return collided
+        self._seen_m = front_m
+        self._fresh |= self._new_collisions()
+        self._compare(time_s, front_m)
 
     def _show(self, rows: Iterable[int]) -> None:
         """Take note of who is in SUMO."""
@@ -177,7 +204,7 @@ class NetworkEngine(PlainEngine):
         )
         self._sumo.vehicle.setSpeedMode(vehicle, ALL_CHECKS_OFF)
 
-    def _new_collisions(self) -> tuple[int, ...]:
+    def _new_collisions(self) -> frozenset[int]:
         met = self._sumo.simulation.getCollisions()
         colliding = frozenset(
             self._row_of[train] for one in met for train in (one.collider, one.victim)
@@ -185,15 +212,15 @@ class NetworkEngine(PlainEngine):
         fresh = colliding - self._colliding
         self._colliding = colliding
         self._met |= fresh
-        return tuple(sorted(fresh))
+        return fresh
 
-    def _compare(self, seen: Observation) -> None:
+    def _compare(self, time_s: float, front_m: FloatArray) -> None:
         rows = self._shown
         gone_m = list(map(self._sumo.vehicle.getDistance, self._vehicles_shown))
-        apart_m = np.abs(seen.front_m.take(rows) - self._inserted_m.take(rows) - gone_m)
+        apart_m = np.abs(front_m.take(rows) - self._inserted_m.take(rows) - gone_m)
         if self._met:
             apart_m[np.isin(rows, list(self._met))] = 0.0
         if apart_m.max(initial=0.0) > AGREEMENT_M:
             train = self._vehicles_shown[int(apart_m.argmax())]
-            msg = f"{train} is {apart_m.max():.3f} m off its commands at {seen.time_s:.1f} s"
+            msg = f"{train} is {apart_m.max():.3f} m off its commands at {time_s:.1f} s"
             raise EngineDisagreementError(msg)

@@ -1,0 +1,147 @@
+"""Takes the steps between events in one go, where engine and layers offer it."""
+
+from typing import Any
+
+from kankaku.railway.compiled import plain
+from kankaku.railway.loop.compiled_loop import steps_of
+from kankaku.railway.loop.recorder import Recorder
+from kankaku.railway.loop.supervising import Supervising
+from kankaku.railway.loop.tracker import Tracker
+from kankaku.railway.step.bundles import LayerSteps, offered
+from kankaku.railway.step.control import Controller
+from kankaku.railway.step.engine_contract import Observation
+from kankaku.railway.step.state import LineState
+
+
+class Bundling:
+    """
+    Runs bundles of steps.
+
+    Parameters
+    ----------
+    engine
+        What moves the trains.
+    controller
+        The layers.
+    tracker, recorder
+        Who is told of steps.
+    until_s
+        The run is over then. [s]
+    """
+
+    def __init__(
+        self,
+        engine: Any,  # noqa: ANN401 - one that offers spans has more than the contract
+        controller: Controller,
+        tracker: Tracker,
+        recorder: Recorder,
+        until_s: float,
+    ) -> None:
+        self._engine = engine
+        # Layers that offer steps have more than their contracts say.
+        self._layers: tuple[Any, Any, Any] = (
+            controller.protection,
+            controller.operation,
+            controller.drive,
+        )
+        self._tracker, self._recorder, self._until_s = tracker, recorder, until_s
+        self.possible = offered(engine, "span", "observe", "apply", "advance", "hold") and all(
+            offered(layer, "steps", method)
+            for layer, method in zip(self._layers, ("authorise", "advise", "command"), strict=True)
+        )
+        """Whether all of them offer compiled steps."""
+        self._prepared: tuple[LayerSteps, LayerSteps, LayerSteps] | None = None
+
+    def asked_in_python(self) -> None:
+        """Take note that the layers have made a step of their own."""
+        self._prepared = None
+
+    def take(
+        self,
+        seen: Observation,
+        state: LineState,
+        memories: tuple[Any, Any],
+        supervising: Supervising | None,
+    ) -> tuple[int, tuple[Any, Any]]:
+        """
+        Take as many steps as can be taken without an event.
+
+        Parameters
+        ----------
+        seen
+            What the engine observes, without an event.
+        state
+            The state of the last step that was made in Python.
+        memories
+            What protection and operation remember.
+        supervising
+            Who decides at platforms.
+
+        Returns
+        -------
+        tuple[int, tuple[Any, Any]]
+            How many steps were taken, perhaps none, and what the layers remember then.
+        """
+        quiet_s = self._until_s if supervising is None else supervising.quiet_until_s
+        if seen.time_s >= quiet_s:
+            return 0, memories
+        span = self._engine.span()
+        if span is None or seen.time_s >= span.until_s:
+            return 0, memories
+        if self._prepared is None:
+            self._prepared = self._prepare(state, memories)
+        protect, advise, drive = self._prepared
+        until_s = min(self._until_s, quiet_s, protect.until_s, advise.until_s)
+        watched = self._tracker.watched(until_s)
+        if seen.time_s >= watched.until_s:
+            return 0, memories
+        most, kept, sampling = self._recorder.space()
+        loop = steps_of(protect.function, advise.function, drive.function)
+        taken, front_m, speed_mps, told_mps, permitted, planned, samples, until_sample = loop(
+            (seen.front_m, seen.speed_mps),
+            (plain(span._replace(time_s=span.time_s[:most])), tuple(watched), state.lasting),
+            ((protect.fields, protect.memory), (advise.fields, advise.memory), drive.fields),
+            tuple(kept),
+            tuple(sampling),
+        )
+        if not taken:
+            return 0, memories
+        self._recorder.wrote(taken, sampling, samples, until_sample)
+        self._engine.moved(told_mps, front_m, speed_mps)
+        self._prepared = (
+            protect._replace(memory=permitted),
+            advise._replace(memory=planned),
+            drive,
+        )
+        protection, operation = self._layers[:2]
+        return taken, (
+            protection.resumed(memories[0], permitted),
+            operation.resumed(memories[1], planned),
+        )
+
+    def _prepare(
+        self, state: LineState, memories: tuple[Any, Any]
+    ) -> tuple[LayerSteps, LayerSteps, LayerSteps]:
+        protection, operation, drive = self._layers
+        return (
+            protection.steps(state, memories[0]),
+            operation.steps(state, memories[1]),
+            drive.steps(state),
+        )
+
+
+def nothing_happened(seen: Observation) -> bool:
+    """
+    Return whether an observation tells of no event.
+
+    Parameters
+    ----------
+    seen
+        The observation.
+
+    Returns
+    -------
+    bool
+        Collisions are no event: trains run on.
+    """
+    return not (seen.entered or seen.stopped or seen.released or seen.left)
