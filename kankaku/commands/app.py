@@ -23,6 +23,7 @@ from kankaku.asking import (
     Check,
 )
 from kankaku.commands.shared_options import (
+    ENGINE_HELP,
     OUT,
     PROCESSORS,
     Engine,
@@ -219,6 +220,12 @@ def study(  # noqa: PLR0913, PLR0917 - one argument per option of the command li
             metavar="tcp://HOST:PORT|local", help="Run on workers of Dask instead of processes."
         ),
     ] = None,
+    engine: Annotated[
+        str | None,
+        typer.Option(
+            help=ENGINE_HELP, show_default="witness of several seeds, every_step of a single one"
+        ),
+    ] = None,
     trajectories: Annotated[
         bool, typer.Option("--trajectories", help="Keep the trajectory of each run, too.")
     ] = False,
@@ -238,7 +245,7 @@ def study(  # noqa: PLR0913, PLR0917 - one argument per option of the command li
         "jobs": jobs,
         "fresh": fresh,
     }
-    wanted = {"shard": shard, "until": until, "trajectories": trajectories}
+    wanted = {"engine": engine, "shard": shard, "until": until, "trajectories": trajectories}
     drawing = (indicator or (), image or ())
     _end(ensemble_shown.run_many(scenarios, out, choices, wanted, scheduler, drawing))
 

@@ -11,11 +11,11 @@ import pandas as pd
 
 from kankaku.analysis.tables.ensemble_tables import Precision, precision_of
 from kankaku.railway.errors import KankakuError
+from kankaku.railway.step.engine_ways import EVERY_STEP
 from kankaku.store.dataset_store import EnsembleTask, Saved
 from kankaku.store.run_store import Origin
 
 PLAN = "plan.json"
-EVERY_STEP, WITNESS = "every_step", "witness"
 LOOK_EVERY = 10
 """Seeds of a batch, after which a study that stops by itself looks whether it may. [-]"""
 FIRST_LOOK = 2
@@ -36,7 +36,7 @@ class Planned:
     first_seed: int
     seeds: int
     origins: Mapping[str, Origin]
-    """What its runs are made from, by controller."""
+    """What its runs are made from, by controller, with the engine of the plan."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class Plan:
             As of its controller.
         """
         scenario = next(one for one in self.scenarios if one.name == task.scenario)
-        return scenario.origins[task.controller]
+        return {**scenario.origins[task.controller], "engine": task.engine}
 
     def seeds_used(self, summary: pd.DataFrame) -> int:
         """

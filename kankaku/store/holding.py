@@ -85,8 +85,8 @@ def held_part(folder: Path, part: str) -> Iterator[Path]:
         with held(folder / PARTS_HELD / part) as work:
             yield work
     finally:
-        with suppress(OSError):
-            for place in (folder / PARTS_HELD, *(made or [folder])):
+        for place in (folder / PARTS_HELD, *(made or [folder])):
+            with suppress(OSError):
                 place.rmdir()
         os.close(lock)
 

@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 from kankaku.analysis.tables.ensemble_tables import precision_of
 from kankaku.controllers.choosing import foretold
 from kankaku.railway.plan.scenario import ControllerSpec
+from kankaku.railway.step.engine_ways import EVERY_STEP, WITNESS
 from kankaku.store.dataset_store import EnsembleTask
-from kankaku.store.ensemble_plan import EVERY_STEP, EnsembleError, Plan, Planned
+from kankaku.store.ensemble_plan import EnsembleError, Plan, Planned
 from kankaku.store.run_store import origin_of
 from kankaku.studies.across_study import choose_across
 from kankaku.studies.outcomes import Study
@@ -124,7 +125,7 @@ def choose_ensemble(
     scenarios: Sequence[str | Path],
     choices: Mapping[str, Any],
     *,
-    engine: str = EVERY_STEP,
+    engine: str | None = None,
     trajectories: bool = False,
     until: str | None = None,
     shard: str | None = None,
@@ -139,7 +140,8 @@ def choose_ensemble(
     choices
         As of :func:`kankaku.studies.study.choose`, the same for all scenarios.
     engine
-        How SUMO is told of the trains.
+        How SUMO takes part, one of :data:`~kankaku.railway.step.engine_ways.ENGINES`; if None,
+        as a witness where there are several seeds.
     trajectories
         Keep the trajectories, too.
     until
@@ -162,7 +164,8 @@ def choose_ensemble(
     if wanted and part:
         where = "--until"
         raise EnsembleError(where, "a part of a study does not see the others", "without --shard")
-    studies = choose_across(scenarios, choices)
+    engine = engine or (WITNESS if choices.get("seeds", 1) > 1 else EVERY_STEP)
+    studies = choose_across(scenarios, {**choices, "engine": engine})
     plan = Plan(
         scenarios=tuple(
             Planned(

@@ -12,8 +12,9 @@ from kankaku.analysis.publish.ensemble_publishing import ensemble_results, publi
 from kankaku.analysis.publish.results_folder import FORMATS
 from kankaku.analysis.tables.columns import rows_frame, rows_of
 from kankaku.analysis.tables.ensemble_tables import largest_difference, study_frame
+from kankaku.railway.step.engine_ways import EVERY_STEP
 from kankaku.store.dataset_store import DATASET, MAIN, PARTS, EnsembleTask, Saved, saved_runs
-from kankaku.store.ensemble_plan import EVERY_STEP, PLAN, Plan
+from kankaku.store.ensemble_plan import PLAN, Plan
 from kankaku.studies.dataset import COMPARED_RUNS, RUNS, rows_of_runs
 
 RESULTS = ensemble_results({name: (*PARTS, *columns) for name, columns in DATASET.items()}, PLAN)
@@ -111,7 +112,8 @@ def findings_of(folder: Path, plan: Plan, saved: Mapping[EnsembleTask, Saved]) -
     seeds = plan.seeds_used(summary)
     tasks = plan.tasks(range(seeds))
     ends = {scenario.name: scenario.first_seed + seeds for scenario in plan.scenarios}
-    counted = summary[summary["seed"] < summary["scenario"].map(ends)].reset_index(drop=True)
+    runs = zip(summary["scenario"], summary["seed"], strict=True)
+    counted = summary[[seed < ends[name] for name, seed in runs]].reset_index(drop=True)
     names = [scenario.name for scenario in plan.scenarios]
     table = study_frame(counted, names, plan.controllers)
     missing = tuple(task for task in tasks if task not in saved)

@@ -15,10 +15,12 @@ from kankaku.analysis.tables.columns import json_text
 from kankaku.analysis.tables.parquet_bytes import note_of
 from kankaku.controllers import registry
 from kankaku.railway.places import CACHE, chosen_cache, refuse_unwritable
+from kankaku.railway.step.engine_ways import EVERY_STEP
 from kankaku.store import dataset_store, failed_runs
 from kankaku.store.dataset_store import MAIN, EnsembleTask, RunFiles, Saved
 from kankaku.store.ensemble_plan import FIRST_LOOK, PLAN, EnsembleError
 from kankaku.store.holding import PARTS_HELD, held, held_part
+from kankaku.studies.dataset import RUNS
 from kankaku.studies.ensemble import Ensemble
 from kankaku.studies.ensemble_findings import (
     Drawing,
@@ -260,17 +262,17 @@ class EnsembleRunning:
         return not self._plan.trajectories or dataset_store.ON_DEMAND in saved.note["files"]
 
     def _differences(self, root: Path, saved: Saved) -> list[str]:
-        task = saved.task
-        other = [] if root == root_of(self._folder, self._plan, task) else ["engine"]
-        same = [one for one in self._plan.scenarios if one.name == task.scenario]
+        task, plan = saved.task, self._plan
+        engine = plan.engine if root == self._folder / RUNS else EVERY_STEP
+        same = [one for one in plan.scenarios if one.name == task.scenario]
         if not same:
             # Another scenario may lie beside these; the program has to be the same.
-            first = self._plan.scenarios[0].origins[self._plan.controllers[0]]
+            first = plan.scenarios[0].origins[plan.controllers[0]]
             program = {key: first[key] for key in ("versions", "sources_sha256")}
-            return [*other, *saved.differences({**saved.note, **program})]
+            return saved.differences({**saved.note, **program, "engine": engine})
         own = task.controller in same[0].origins
-        origin = same[0].origins[task.controller if own else self._plan.controllers[0]]
-        return [*other, *saved.differences(origin, options=own)]
+        origin = same[0].origins[task.controller if own else plan.controllers[0]]
+        return saved.differences({**origin, "engine": engine}, options=own)
 
     def run(
         self,

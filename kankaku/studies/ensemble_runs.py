@@ -3,7 +3,7 @@
 import threading
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from kankaku.analysis.tables.parquet_bytes import parquet_bytes
@@ -12,7 +12,7 @@ from kankaku.analysis.tables.summary import summary_frame
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.step.records import RunRecord
 from kankaku.store.dataset_store import DATASET, MAIN, ON_DEMAND, EnsembleTask, RunFiles
-from kankaku.store.run_store import origin_of
+from kankaku.store.run_store import Origin, origin_of
 from kankaku.studies.ensemble import Ensemble
 from kankaku.studies.registered_layers import Registered
 from kankaku.studies.study import run_once
@@ -46,7 +46,7 @@ def on_sumo(
     progress: Callable[[float], None],
 ) -> RunRecord:
     """Run one controller on SUMO; see :func:`kankaku.studies.study.run_once`."""
-    return run_once(scenario, spec, seed, step_s, progress=progress)
+    return run_once(scenario, spec, seed, step_s, engine=engine, progress=progress)
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,8 @@ class EnsembleRuns:
     ensemble: Ensemble
     layers: Registered
     run: Run = on_sumo
+    origins: dict[tuple[str, str, str], Origin] = field(default_factory=dict)
+    """What runs are made from in this process, by scenario, controller and engine; asked once."""
 
     def __call__(self, task: EnsembleTask, progress: Callable[[float], None]) -> RunFiles:
         """
@@ -79,11 +81,22 @@ class EnsembleRuns:
             study, spec = self.ensemble.study_of(task)
             record = self.run(study.scenario, spec, task.seed, study.step_s, task.engine, progress)
             tables = run_tables(record)
-            # Asked here, where the run was made: whoever edits the program meanwhile changes it.
-            origin = origin_of(study.scenario, spec, study.step_s)
-            told = {**origin, "name": spec.name, "seed": task.seed, "engine": task.engine}
+            told = {
+                **self._origin_of(task),
+                "name": spec.name,
+                "seed": task.seed,
+                "engine": task.engine,
+            }
             files = _files(tables, told, record.failure, trajectory=self.ensemble.plan.trajectories)
             return RunFiles(files, time.perf_counter() - started, record.train_steps)
+
+    def _origin_of(self, task: EnsembleTask) -> Origin:
+        # Asked here, where the run was made: whoever edits the program meanwhile changes it.
+        key = task.scenario, task.controller, task.engine
+        if key not in self.origins:
+            study, spec = self.ensemble.study_of(task)
+            self.origins[key] = origin_of(study.scenario, spec, study.step_s, task.engine)
+        return self.origins[key]
 
 
 def _files(

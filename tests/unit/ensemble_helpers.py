@@ -1,15 +1,15 @@
-"""Ensembles without SUMO: a small scenario, and ways to make its runs that worker processes read."""
+"""Ensembles without SUMO: ways to make their runs that worker processes can read."""
 
 import os
 import signal
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
+from typing import Any
 
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
+from kankaku.railway.step.engine_ways import EVERY_STEP, WITNESS
 from kankaku.railway.step.records import RunRecord
-from kankaku.store.ensemble_plan import WITNESS
 from kankaku.studies.ensemble import choose_ensemble
 from kankaku.studies.ensemble_findings import Drawing
 from kankaku.studies.ensemble_running import Crew, EnsembleResult, own_processes, run_ensemble
@@ -70,9 +70,11 @@ def run_some(
     run: Run = on_plain,
     crew: Crew = own_processes,
     drawing: Drawing = TABLES_ALONE,
-    wanted: dict[str, object] | None = None,
+    wanted: dict[str, Any] | None = None,
     **choices: object,
 ) -> EnsembleResult:
     """Run a small ensemble, by default of three seeds and without figures."""
-    choose = partial(choose_ensemble, [scenario], {"seeds": 3, **choices})
-    return run_ensemble(choose(**(wanted or {})), out, drawing, run=run, crew=crew)
+    ensemble = choose_ensemble(
+        [scenario], {"seeds": 3, **choices}, **{"engine": EVERY_STEP, **(wanted or {})}
+    )
+    return run_ensemble(ensemble, out, drawing, run=run, crew=crew)

@@ -6,8 +6,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from kankaku.railway.step.engine_ways import EVERY_STEP, WITNESS
+from kankaku.store import ensemble_plan
 from kankaku.store.dataset_store import MAIN, files_of
-from kankaku.store.ensemble_plan import WITNESS, EnsembleError, read_plan
+from kankaku.store.ensemble_plan import EnsembleError, read_plan
 from kankaku.store.holding import HeldError, held, held_part
 from kankaku.studies import dataset
 from kankaku.studies.ensemble import choose_ensemble, shard_of
@@ -61,7 +63,7 @@ def test_parts_give_the_same_bytes_wherever_they_are_run(
 ) -> None:
     apart, together = [], tmp_path / "together"
     for number in (1, 2):
-        wanted: dict[str, object] = {"shard": f"{number}/2"}
+        wanted = {"shard": f"{number}/2"}
         part = run_some(scenario, tmp_path / str(number), wanted=wanted)
         assert part.findings is None
         apart.append(part.folder)
@@ -109,16 +111,25 @@ def test_a_folder_of_something_else_is_left_alone(scenario: Path, tmp_path: Path
         read_plan(tmp_path)
 
 
-def test_a_study_stops_by_itself_at_the_end_of_a_batch(scenario: Path, tmp_path: Path) -> None:
-    wanted: dict[str, object] = {"until": "mean_arrival_delay_s +-8 s"}
-    one = run_some(scenario, tmp_path / "1", wanted=wanted, seeds=60)
-    two = run_some(scenario, tmp_path / "2", wanted=wanted, seeds=60, jobs=2)
-    assert one.findings is not None
-    assert one.findings.told["seeds"] in {20, 30, 40, 50}
-    assert one.findings.told["until"]["reached"]
-    assert one.performed == 2 * one.findings.told["seeds"] == two.performed
-    assert contents(one.folder) == contents(two.folder)
-    assert run_some(scenario, one.folder, wanted=wanted, seeds=60).performed == 0
+def test_a_study_stops_by_itself_at_the_end_of_a_batch(
+    scenario: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ensemble_plan, "LOOK_EVERY", 2)
+    wanted, out = {"until": "interstation_stop_time_s +-35 s"}, tmp_path / "out"
+    result = run_some(scenario, out, wanted=wanted, seeds=20)
+    assert result.findings is not None
+    seeds = result.findings.told["seeds"]
+    assert result.findings.told["until"]["reached"]
+    assert seeds in range(4, 20, 2)
+    assert result.performed == 2 * seeds
+    assert set(result.findings.table["runs"]) == {seeds}
+    assert run_some(scenario, out, wanted=wanted, seeds=20).performed == 0
+    # Runs that are there already are no reason to look at them.
+    before = contents(out)
+    run_some(scenario, out, seeds=seeds + 1)
+    run_some(scenario, out, wanted=wanted, seeds=20)
+    told = {name: content for name, content in contents(out).items() if name in before}
+    assert told == before
 
 
 def test_one_engine_is_compared_with_the_other_by_the_first_seed(
@@ -128,7 +139,7 @@ def test_one_engine_is_compared_with_the_other_by_the_first_seed(
     assert result.performed == 2 * 2 + 2
     assert result.findings is not None
     told = result.findings.told["engines_compared"]
-    assert told["largest_relative_difference"] == pytest.approx(MORE, rel=0.2)
+    assert told["largest_relative_difference"] == pytest.approx(MORE, rel=0.5)
     assert [row["controller"] for row in told["runs"]] == ["plain", "second"]
     # Those that were run for comparison are in no mean.
     assert set(result.findings.table["runs"]) == {2}
@@ -138,7 +149,7 @@ def test_one_engine_is_compared_with_the_other_by_the_first_seed(
 
 
 def test_every_run_is_in_one_part(scenario: Path) -> None:
-    choose = partial(choose_ensemble, [scenario], {"seeds": 50})
+    choose = partial(choose_ensemble, [scenario], {"seeds": 50}, engine=EVERY_STEP)
     parts = [choose(shard=f"{number}/7").tasks for number in range(1, 8)]
     assert sorted(task for part in parts for task in part) == sorted(choose().tasks)
     assert {len(part) for part in parts} == {14, 15}
@@ -186,7 +197,7 @@ def test_parts_are_held_beside_each_other_and_the_whole_alone(tmp_path: Path) ->
 
 def test_the_dataset_is_read_and_asked_in_one_call(scenario: Path, tmp_path: Path) -> None:
     duckdb = pytest.importorskip("duckdb")
-    wanted: dict[str, object] = {"trajectories": True}
+    wanted = {"trajectories": True}
     out = run_some(scenario, tmp_path / "it's", wanted=wanted, seeds=2).folder
     summary, calls = dataset.read(out), dataset.read(out, "calls")
     assert summary[["controller", "seed"]].to_numpy().tolist() == [
