@@ -101,6 +101,8 @@ def put_together(
     with refusals(out, out):
         findings = merge(out, parts, drawing_of(*drawn))
     _show_findings(findings, out)
+    missing = counted_text(len(findings.missing), "run is missing", "runs are missing")
+    show_group(missing, [str(task) for task in findings.missing])
     return exit_status(
         violations=bool(findings.violations),
         failures=bool(findings.missing or findings.ended),
@@ -231,14 +233,14 @@ def _show_findings(findings: EnsembleFindings, folder: Path) -> None:
     left = findings.unfinished
     unfinished = counted_text(len(left), "train had not finished", "trains had not finished")
     show_group(unfinished, left, style="yellow")
-    missing = counted_text(len(findings.missing), "run is missing", "runs are missing")
-    show_group(missing, [str(task) for task in findings.missing])
 
 
 def _notes(findings: EnsembleFindings) -> Iterator[str]:
     until, engines = findings.told["until"], findings.told["engines_compared"]
     seeds = counted_text(findings.told["seeds"], "seed", "seeds")
-    if until is None:
+    if findings.missing:
+        yield f"{len(findings.missing):,} runs of {seeds} are missing in what stands above."
+    elif until is None:
         yield f"{seeds} of each scenario and controller."
     elif until["reached"]:
         yield f"{until['wanted']}: reached with {seeds} of each scenario and controller."
