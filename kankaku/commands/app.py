@@ -22,8 +22,8 @@ from kankaku.asking import (
     YEARS,
     Check,
 )
+from kankaku.commands import study_options
 from kankaku.commands.shared_options import (
-    ENGINE_HELP,
     OUT,
     PROCESSORS,
     Engine,
@@ -41,7 +41,6 @@ from kankaku.commands.shared_options import (
 )
 from kankaku.railway.step.engine_ways import EVERY_STEP
 
-STUDY_OUT = OUT / "study"
 RUN = "run"
 """The command that need not be named."""
 NEARLY = 0.75
@@ -53,16 +52,6 @@ FirstSeed: TypeAlias = Annotated[
 ]
 Seeds: TypeAlias = Annotated[
     int, typer.Option(min=1, max=MOST_SEEDS, help="Run this many seeds, counting up.")
-]
-Drawn: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        help="Indicator to draw; repeat for several.", show_default="stop time, delay, energy"
-    ),
-]
-Images: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option("--format", help="Format of figures; repeat.", show_default="png and svg"),
 ]
 
 
@@ -187,50 +176,20 @@ def across(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
 @app.command("study")
 def study(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
     scenarios: Several,
-    controllers: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--controllers",
-            "--controller",
-            help="Controllers of the scenarios, by commas, baseline first; those that run by "
-            "default in all of them if not given.",
-        ),
-    ] = None,
+    controllers: study_options.Controllers = None,
     settings: Settings = None,
     seed: FirstSeed = None,
-    seeds: Annotated[
-        int, typer.Option(min=1, max=MOST_SEEDS, help="Run this many seeds, counting up.")
-    ] = STUDY_SEEDS,
+    seeds: Seeds = STUDY_SEEDS,
     step: Step = None,
     jobs: Jobs = PROCESSORS,
-    out: Annotated[Path, typer.Option(help="Results folder of the study.")] = STUDY_OUT,
-    shard: Annotated[
-        str | None, typer.Option(metavar="K/N", help="Run the K-th of N parts of the runs.")
-    ] = None,
-    until: Annotated[
-        str | None,
-        typer.Option(
-            metavar="'INDICATOR ±X %'",
-            help="Stop once the mean of each controller is known so precisely (95 %); +- for ±.",
-        ),
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            metavar="tcp://HOST:PORT|local", help="Run on workers of Dask instead of processes."
-        ),
-    ] = None,
-    engine: Annotated[
-        str | None,
-        typer.Option(
-            help=ENGINE_HELP, show_default="witness of several seeds, every_step of a single one"
-        ),
-    ] = None,
-    trajectories: Annotated[
-        bool, typer.Option("--trajectories", help="Keep the trajectory of each run, too.")
-    ] = False,
-    indicator: Drawn = None,
-    image: Images = None,
+    out: study_options.StudyOut = study_options.STUDY_OUT,
+    shard: study_options.ShardOf = None,
+    until: study_options.Until = None,
+    scheduler: study_options.Scheduler = None,
+    engine: study_options.EngineOrNot = None,
+    trajectories: study_options.Trajectories = False,
+    indicator: study_options.Drawn = None,
+    image: study_options.Images = None,
     fresh: Fresh = False,
 ) -> None:
     """Run controllers on very many seeds, for means, intervals and distributions."""
@@ -252,20 +211,10 @@ def study(  # noqa: PLR0913, PLR0917 - one argument per option of the command li
 
 @app.command("merge")
 def merge(
-    out: Annotated[
-        Path,
-        typer.Argument(metavar="OUT", show_default=False, help="Results folder of the whole."),
-    ],
-    parts: Annotated[
-        list[Path] | None,
-        typer.Argument(
-            metavar="PART...",
-            show_default=False,
-            help="Results folders of parts; none if all were run into OUT.",
-        ),
-    ] = None,
-    indicator: Drawn = None,
-    image: Images = None,
+    out: study_options.Whole,
+    parts: study_options.Parts = None,
+    indicator: study_options.Drawn = None,
+    image: study_options.Images = None,
 ) -> None:
     """Put parts of a study together that were run with --shard."""
     from kankaku.commands import ensemble_shown

@@ -29,8 +29,8 @@ from kankaku.railway.errors import suggesting
 from kankaku.store.ensemble_plan import EnsembleError
 from kankaku.studies.ensemble import Ensemble, choose_ensemble
 from kankaku.studies.ensemble_findings import Drawing, EnsembleFindings
+from kankaku.studies.ensemble_merging import merge
 from kankaku.studies.ensemble_running import EnsembleResult, Tell, crew_of, run_ensemble
-from kankaku.studies.merging import merge
 
 LOG_RUNS_EVERY_S = 30.0
 """A log file is told of the runs at most so often. [s]"""
@@ -142,7 +142,7 @@ def drawing_of(indicators: Sequence[str], formats: Sequence[str]) -> Drawing:
     return Drawing(tuple(indicators), tuple(dict.fromkeys(formats)) or FORMATS)
 
 
-class Pace:
+class RunRate:
     """How fast runs are finished, and how long the others will take."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -177,17 +177,17 @@ class Pace:
 
 @contextmanager
 def _shown(total: int) -> Iterator[Tell]:
-    pace = Pace()
+    rate = RunRate()
     if console.is_terminal:
         with bars() as shown:
             bar = shown.add_task(f"{total:,} runs", total=total)
             yield lambda _, done, most: shown.update(
-                bar, completed=done, total=most, description=pace.told(done, most)
+                bar, completed=done, total=most, description=rate.told(done, most)
             )
     else:
         log = Log(LOG_RUNS_EVERY_S)
         yield lambda ended, done, most: log.tell(
-            f"{ended}; {pace.told(done, most)}", always=done == most or ended.endswith("failed")
+            f"{ended}; {rate.told(done, most)}", always=done == most or ended.endswith("failed")
         )
 
 

@@ -31,7 +31,7 @@ from kankaku.studies.ensemble_findings import (
     root_of,
     summary_of,
 )
-from kankaku.studies.ensemble_runs import EnsembleRuns, Run, on_sumo
+from kankaku.studies.ensemble_runs import EnsembleRuns, MakeRecord, on_sumo
 from kankaku.studies.registered_layers import registered
 from kankaku.studies.running import NO_ROOM
 from kankaku.studies.study import world_of
@@ -128,7 +128,7 @@ def run_ensemble(
     drawing: Drawing | None = None,
     *,
     crew: Crew = own_processes,
-    run: Run = on_sumo,
+    run: MakeRecord = on_sumo,
     say: Callable[[str], None] = lambda _: None,
     tell: Tell = lambda *_: None,
 ) -> EnsembleResult:

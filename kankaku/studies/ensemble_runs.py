@@ -21,7 +21,7 @@ _ALONE = threading.Lock()
 """A process holds one simulation at a time."""
 
 
-class Run(Protocol):
+class MakeRecord(Protocol):
     """Makes a record; one that can be imported, because it crosses processes."""
 
     def __call__(
@@ -55,7 +55,7 @@ class EnsembleRuns:
 
     ensemble: Ensemble
     layers: Registered
-    run: Run = on_sumo
+    run: MakeRecord = on_sumo
     origins: dict[tuple[str, str, str], Origin] = field(default_factory=dict)
     """What runs are made from in this process, by scenario, controller and engine; asked once."""
 

@@ -13,7 +13,7 @@ from kankaku.railway.step.records import RunRecord
 from kankaku.studies.ensemble import choose_ensemble
 from kankaku.studies.ensemble_findings import Drawing
 from kankaku.studies.ensemble_running import Crew, EnsembleResult, own_processes, run_ensemble
-from kankaku.studies.ensemble_runs import Run
+from kankaku.studies.ensemble_runs import MakeRecord
 from kankaku.studies.study import world_of
 from tools.plain_runs import run_plain
 
@@ -67,7 +67,7 @@ def run_some(
     scenario: Path,
     out: Path,
     *,
-    run: Run = on_plain,
+    run: MakeRecord = on_plain,
     crew: Crew = own_processes,
     drawing: Drawing = TABLES_ALONE,
     wanted: dict[str, Any] | None = None,

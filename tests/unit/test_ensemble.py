@@ -14,8 +14,8 @@ from kankaku.store.holding import HeldError, held, held_part
 from kankaku.studies import dataset
 from kankaku.studies.ensemble import choose_ensemble, shard_of
 from kankaku.studies.ensemble_findings import Drawing
+from kankaku.studies.ensemble_merging import merge
 from kankaku.studies.ensemble_running import Crew, crew_of
-from kankaku.studies.merging import merge
 from tests.cli.command import contents, two_controllers
 from tests.unit.ensemble_helpers import MORE, TABLES_ALONE, Dying, run_some
 

@@ -17,7 +17,7 @@ from kankaku.analysis.tables.ensemble_tables import (
 )
 from kankaku.analysis.tables.indicators import INDICATOR_OF
 from kankaku.analysis.tables.parquet_bytes import note_of, parquet_bytes
-from kankaku.commands.ensemble_shown import Pace, drawing_of
+from kankaku.commands.ensemble_shown import RunRate, drawing_of
 from kankaku.railway.step.records import Column
 from kankaku.store.ensemble_plan import EnsembleError
 from tests.unit.test_across import run, summary
@@ -124,10 +124,10 @@ def test_a_table_as_bytes_holds_what_is_declared_and_a_note() -> None:
 
 def test_pace_tells_rate_and_remaining_time() -> None:
     now_s = iter([0.0, 10.0, 100.0])
-    pace = Pace(lambda: next(now_s))
+    rate = RunRate(lambda: next(now_s))
     # Four runs were there before.
-    assert pace.told(5, 1004) == "5 of 1,004 runs, 0.1 runs/s, 2 h 46 min left"
-    assert pace.told(204, 1004) == "204 of 1,004 runs, 2 runs/s, 0 h 07 min left"
+    assert rate.told(5, 1004) == "5 of 1,004 runs, 0.1 runs/s, 2 h 46 min left"
+    assert rate.told(204, 1004) == "204 of 1,004 runs, 2 runs/s, 0 h 07 min left"
 
 
 def test_what_cannot_be_drawn_is_refused() -> None:
