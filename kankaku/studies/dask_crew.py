@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from typing import Any
 
+import dask.config
 from distributed import Client, LocalCluster, WorkerPlugin, as_completed, get_worker
 
 from kankaku import interrupts
@@ -121,15 +122,20 @@ def _cluster(where: str, workers: Workers) -> Iterator[Any]:
     if where != LOCAL:
         yield where
         return
-    with LocalCluster(
-        n_workers=workers.jobs,
-        threads_per_worker=1,
-        processes=True,
-        memory_limit=0,
-        local_directory=str(workers.work),
-        dashboard_address=":0",
-        silence_logs="CRITICAL",
-    ) as cluster:
+    # Somebody of Dask keeps something in the place of the system, whatever it is told.
+    own = dask.config.set({"temporary-directory": str(workers.work)})
+    with (
+        own,
+        LocalCluster(
+            n_workers=workers.jobs,
+            threads_per_worker=1,
+            processes=True,
+            memory_limit=0,
+            local_directory=str(workers.work),
+            dashboard_address=":0",
+            silence_logs="CRITICAL",
+        ) as cluster,
+    ):
         yield cluster
 
 
