@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.compiled import Plain, compiled, formula, plain
 from kankaku.railway.motion.kinematics import next_speed_mps, rising_speed_mps
 from kankaku.railway.motion.traction_table import TractionTable, pulled_mps, traction_table
 from kankaku.railway.plan.brake_table import (
@@ -173,7 +173,7 @@ def braked_to_mps(
     return kept_mps
 
 
-@compiled
+@formula
 def ceiling_here_mps(line: CeilingFigures, train: int, front_m: float) -> float:
     """
     Return the line ceiling at a front.
@@ -198,7 +198,7 @@ def ceiling_here_mps(line: CeilingFigures, train: int, front_m: float) -> float:
     return min(float(line.limits.limit_mps[piece]), math.sqrt(max(v2, 0.0)))
 
 
-@compiled
+@formula
 def _braked_mps(
     line: CeilingFigures, train: int, piece: int, front_m: float, speed_mps: float, rise_mps: float
 ) -> float:
@@ -230,7 +230,7 @@ def _braked_mps(
     return min(float(lowest_mps), braked)
 
 
-@compiled
+@formula
 def _let_go_mps(
     limits: LimitTable, piece: int, place: float, speed_mps: float, gain_mps2: float, step_s: float
 ) -> float:
@@ -261,7 +261,7 @@ def _let_go_mps(
     return float(speed)
 
 
-@compiled
+@formula
 def ceiling_ahead_mps(
     line: CeilingFigures, train: int, front_m: float, speed_mps: float, rise_mps: float = np.inf
 ) -> float:

@@ -16,7 +16,7 @@ from kankaku.controllers.manner import (
     rising_least_mps,
 )
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.compiled import Plain, compiled, formula, plain
 from kankaku.railway.motion.kinematics import rising_speed_mps
 from kankaku.railway.motion.traction_table import coasted_mps, pulled_mps
 from kankaku.railway.plan.brake_table import (
@@ -224,7 +224,7 @@ def _drive(
     return next_mps, bound
 
 
-@compiled
+@formula
 def _reach_mps(
     known: tuple[Abilities, Manner], drivers: Drivers, train: int, motion: Motion
 ) -> tuple[float, float, float, float]:
@@ -249,7 +249,7 @@ def _reach_mps(
     return gained, downhill, braked, hardest
 
 
-@compiled
+@formula
 def _steeper_mps(
     known: tuple[Abilities, Manner],
     train: int,
@@ -272,7 +272,7 @@ def _steeper_mps(
     return steeper
 
 
-@compiled
+@formula
 def _bound(  # noqa: PLR0917 - compiled functions take plain arrays
     bounds: FloatArray,
     train: int,
@@ -310,7 +310,7 @@ def _abilities(fields: Plain) -> Abilities:
     return Abilities(BrakeTable(*braking), emergency_extra_mps, near_m, far_m, step_s)
 
 
-@compiled
+@formula
 def _to_end_mps(
     asked: Asked, known: tuple[Abilities, Manner], train: int, motion: Motion, here: float
 ) -> float:
@@ -326,7 +326,7 @@ def _to_end_mps(
     return float(max(kept - over, 0.0))
 
 
-@compiled
+@formula
 def _lowest(bounds_mps: FloatArray, ends: tuple[float, int, float, float]) -> int:
     """
     Return which bound a train's speed is told to be due to.

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.compiled import Plain, compiled, formula, plain
 from kankaku.railway.motion.run_up import RunUp, RunUpTable, shortest_s
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import LineState, Whereabouts
@@ -185,7 +185,7 @@ def forecast_tables_of(fields: Plain) -> ForecastTables:
     )
 
 
-@compiled
+@formula
 def _free_run_s(trains: Whereabouts, called: Called, tables: ForecastTables, row: int) -> float:
     """Return the time to the next stop if nothing is in the way."""
     kind, front_m, stop_m = tables.type_index[row], trains.front_m[row], called.stop_m[row]

@@ -17,7 +17,7 @@ from kankaku.controllers.ceiling import (
     figures_of,
 )
 from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.compiled import Plain, compiled
+from kankaku.railway.compiled import Plain, compiled, formula
 from kankaku.railway.plan.limit_table import LimitTable
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Bound
@@ -132,7 +132,7 @@ def manner_from(fields: Plain) -> Manner:
     return Manner(figures_of(ceiling), LimitTable(*unhurried), *answers)
 
 
-@compiled
+@formula
 def rising_least_mps(
     manner: Manner, train: int, speed_mps: float, gained_mps: float, unbraked_mps: float
 ) -> tuple[float, float]:
@@ -165,7 +165,7 @@ def rising_least_mps(
     return speed_mps + gained, speed_mps + free - manner.hard_mps[train]
 
 
-@compiled
+@formula
 def eased_mps(
     bounds_mps: FloatArray,
     train: int,
@@ -194,7 +194,9 @@ def eased_mps(
         The speed. [m/s]
     """
     speed, gained, least, downhill, steeper = speeds_mps
-    wish, rise = bounds_mps.min(), manner.rise_mps[train]
+    wish, rise = np.inf, manner.rise_mps[train]
+    for bound in range(bounds_mps.size):
+        wish = min(wish, bounds_mps[bound])
     if rise < np.inf:
         wish = min(wish, speed + gained + manner.jerk_mps[train])
         left = min(bounds_mps[CEILING], bounds_mps[ADVICE]) - speed
@@ -205,7 +207,7 @@ def eased_mps(
     return float(max(wish, least))
 
 
-@compiled
+@formula
 def fading_mps(left_mps: float, jerk_mps: float, rise_mps: float, downhill_mps: float) -> float:
     r"""
     Return the greatest speed to gain in a step that is gone before a train is too fast.
@@ -246,7 +248,7 @@ def fading_mps(left_mps: float, jerk_mps: float, rise_mps: float, downhill_mps: 
     return max(left / (steps + 1) + 0.5 * steps * min(jerk_mps, left), downhill_mps)
 
 
-@compiled
+@formula
 def _even_mps(left_mps: float, change_mps: float) -> float:
     """Return the gain of a step from which it fades by the same from step to step. [m/s]"""
     if left_mps <= change_mps:
@@ -255,7 +257,7 @@ def _even_mps(left_mps: float, change_mps: float) -> float:
     return left_mps / (steps + 1) + 0.5 * steps * change_mps
 
 
-@compiled
+@formula
 def own_ceiling_mps(
     manner: Manner, drivers: Drivers, train: int, motion: tuple[float, float]
 ) -> float:
@@ -285,7 +287,7 @@ def own_ceiling_mps(
     return ceiling_ahead_mps(kept, train, front_m, speed, rise_mps)
 
 
-@compiled
+@formula
 def coasts(
     manner: Manner, drivers: Drivers, train: int, speeds_mps: tuple[float, float], held_mps: float
 ) -> bool:
@@ -323,7 +325,7 @@ def coasts(
     return False
 
 
-@compiled
+@formula
 def has_reacted(now_s: float, train: int, may: bool, manner: Manner, drivers: Drivers) -> bool:
     """
     Return whether a train at its stop sets off, and write down since when it may.

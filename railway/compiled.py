@@ -56,6 +56,31 @@ def compiled(function: Function) -> Function:
     return cast("Function", made)
 
 
+def formula(function: Function) -> Function:
+    """
+    Compile a function that makes no arrays, at its first call.
+
+    It need not count who still uses the arrays that it is given, which in a function of many of
+    them takes longer than what it works out.
+
+    Parameters
+    ----------
+    function
+        The function; it calls formulas and numpy's functions of numbers only.
+
+    Returns
+    -------
+    Function
+        The same, compiled.
+    """
+    # The option is numba's own: without it every call counts who uses each array.
+    njit: Any = numba.njit
+    made = _cached(lambda cache: njit(cache=cache, error_model="numpy", _nrt=False)(function))
+    files = _SOURCES[id(made)] = _sources(function)
+    _watch(made, files)
+    return cast("Function", made)
+
+
 def compiled_with(function: Function, *parts: Callable[..., Any]) -> Function:
     """
     Compile a function that closes over other compiled ones, at its first call.
@@ -197,7 +222,7 @@ def _watch(made: Any, files: frozenset[str]) -> None:  # noqa: ANN401 - numba ha
     kept.save_overload = save_overload
 
 
-@compiled
+@formula
 def count_up_to(rising: FloatArray, value: float) -> int:
     """
     Count the values of a rising array that are not above another.
@@ -224,7 +249,7 @@ def count_up_to(rising: FloatArray, value: float) -> int:
     return low
 
 
-@compiled
+@formula
 def interpolated(values: FloatArray, place: float) -> float:
     """
     Interpolate between the values of a table.

@@ -11,7 +11,7 @@ from kankaku.railway.step.bundles import Span
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.sumo_net import names
 from kankaku.sumo_net.build import IGNORE_SIGNALS, SumoFiles
-from kankaku.sumo_net.door import close, disarm, start
+from kankaku.sumo_net.door import bare, close, disarm, start
 from kankaku.sumo_net.edge_cuts import STOP_TOLERANCE_M
 from kankaku.sumo_net.signals import BlockSignals, shown_network
 
@@ -92,9 +92,9 @@ class SumoEngine:
         self._sumo = sumo = start(self._files, IGNORE_SIGNALS | shown, gui=self._gui)
         vehicle, simulation = sumo.vehicle, sumo.simulation
         self._advance = sumo.simulationStep
-        self._get_distance = vehicle.getDistance
-        self._get_speed = vehicle.getSpeed
-        self._set_speed = vehicle.setSpeed
+        self._get_distance = bare(vehicle, "getDistance")
+        self._get_speed = bare(vehicle, "getSpeed")
+        self._set_speed = bare(vehicle, "setSpeed")
         self._set_speed_mode = vehicle.setSpeedMode
         self._set_stop = vehicle.setStopParameter
         self._departed = simulation.getDepartedIDList

@@ -9,10 +9,11 @@ import numpy as np
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.loop.plain_engine import PlainEngine
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import Span
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.sumo_net import names
 from kankaku.sumo_net.build import SumoFiles, steps_per_look, witnessed
-from kankaku.sumo_net.door import close, disarm, start
+from kankaku.sumo_net.door import bare, close, disarm, start
 from kankaku.sumo_net.engine import AGREEMENT_M, ALL_CHECKS_OFF, EngineDisagreementError
 from kankaku.sumo_net.network_xml import edge_of, twins
 from kankaku.sumo_net.witness_xml import route_names, route_starts_m
@@ -88,6 +89,10 @@ class WitnessEngine(PlainEngine):
         begin_ms = round(1000.0 * self._files.begin_s) // period_ms * period_ms
         options = {"step-length": f"{period_ms / 1000.0:.3f}", "begin": f"{begin_ms / 1000.0:.3f}"}
         self._sumo = sumo = start(self._files, options, gui=self._gui)
+        vehicle = sumo.vehicle
+        self._set_before = bare(vehicle, "setPreviousSpeed")
+        self._set_after = bare(vehicle, "setSpeed")
+        self._get_distance = bare(vehicle, "getDistance")
         for train_type in set(self._types):
             disarm(sumo, train_type)
         for rising, falling in twins(self._world.line).items():
@@ -124,6 +129,17 @@ class WitnessEngine(PlainEngine):
             seen = seen._replace(collided=tuple(sorted(self._fresh)))
             self._fresh = set()
         return seen
+
+    def span(self) -> Span | None:
+        """
+        Return the steps up to the next entry or release; SUMO looks back at them.
+
+        Returns
+        -------
+        Span | None
+            None while a train waits to enter, and in a window, which shows every step.
+        """
+        return None if self._gui else super().span()
 
     def moved(self, commands_mps: FloatArray, front_m: FloatArray, speed_mps: FloatArray) -> None:
         """
@@ -185,12 +201,13 @@ class WitnessEngine(PlainEngine):
         twice_mean_mps = 2.0 * gone_m / self._period_s
         before_mps = np.maximum(twice_mean_mps - speed_mps, 0.0)
         after_mps = twice_mean_mps - before_mps
-        set_before, set_after = self._sumo.vehicle.setPreviousSpeed, self._sumo.vehicle.setSpeed
         # Whoever has not moved had no speed either, and SUMO lets it stand.
-        for place in np.flatnonzero(gone_m).tolist():
-            vehicle = self._vehicles_shown[place]
-            set_before(vehicle, float(before_mps[place]))
-            set_after(vehicle, float(after_mps[place]))
+        moved = np.flatnonzero(gone_m)
+        vehicles = [self._vehicles_shown[place] for place in moved.tolist()]
+        speeds_mps = before_mps[moved].tolist(), after_mps[moved].tolist()
+        for vehicle, before, after in zip(vehicles, *speeds_mps, strict=True):
+            self._set_before(vehicle, before)
+            self._set_after(vehicle, after)
 
     def _add_to_sumo(self, row: int, front_m: float, speed_mps: float) -> None:
         vehicle = self._vehicles[row]
@@ -216,7 +233,7 @@ class WitnessEngine(PlainEngine):
 
     def _compare(self, time_s: float, front_m: FloatArray) -> None:
         rows = self._shown
-        gone_m = list(map(self._sumo.vehicle.getDistance, self._vehicles_shown))
+        gone_m = list(map(self._get_distance, self._vehicles_shown))
         apart_m = np.abs(front_m.take(rows) - self._inserted_m.take(rows) - gone_m)
         if self._met:
             apart_m[np.isin(rows, list(self._met))] = 0.0

@@ -22,7 +22,7 @@ from kankaku.controllers.operation.approach_plan import (
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
 from kankaku.controllers.options import require
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, count_up_to, plain
+from kankaku.railway.compiled import Plain, compiled, count_up_to, formula, plain
 from kankaku.railway.motion.kinematics import next_speed_mps
 from kankaku.railway.motion.run_curve import RunCurve, fastest
 from kankaku.railway.motion.way import way_on
@@ -379,7 +379,7 @@ def _advise(
     return (ceiling_mps, reason, leader), memory, False
 
 
-@compiled
+@formula
 def _next_on_curve_mps(curve: FloatArray, front_m: float, step_s: float) -> float:
     """Return the speed that a curve has one step after the place of the front."""
     chainage_m, speed_mps, time_s = curve

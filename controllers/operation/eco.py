@@ -15,7 +15,7 @@ import numpy as np
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
 from kankaku.controllers.options import require
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, interpolated, plain
+from kankaku.railway.compiled import Plain, compiled, formula, interpolated, plain
 from kankaku.railway.motion.eco_run import EcoRun, eco
 from kankaku.railway.motion.extremal import BRAKING, SPEEDING_UP
 from kankaku.railway.motion.kinematics import next_speed_mps
@@ -275,7 +275,7 @@ def _advise(
     return told, memory, bool(behind.any())
 
 
-@compiled
+@formula
 def _free_mps(
     train: int, front_m: float, speed_mps: float, end: tuple[float, float], able: Able
 ) -> float:

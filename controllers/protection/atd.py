@@ -28,7 +28,7 @@ from kankaku.controllers.protection.atd_patterns import (
 from kankaku.controllers.protection.fixed_block import detection_on
 from kankaku.controllers.protection.fuzzy import RuleBase, infer, rule_base
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.compiled import Plain, compiled, formula, plain
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import Lasting, LayerSteps
 from kankaku.railway.step.control import Separation
@@ -206,7 +206,7 @@ class Atd:
         return np.minimum(pattern_mps, self._ceiling.at_mps(row, front_m))
 
 
-@compiled
+@formula
 def _next_brake_mps2(
     brake_mps2: float,
     speeds_mps: tuple[float, float],
@@ -222,7 +222,7 @@ def _next_brake_mps2(
     return min(max(brake_mps2 + control.step_s * change_mps3, 0.0), strongest_mps2)
 
 
-@compiled
+@formula
 def _followed_mps(
     train: int,
     speeds_mps: tuple[float, float],

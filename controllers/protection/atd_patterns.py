@@ -7,7 +7,7 @@ import numpy as np
 
 from kankaku.controllers.protection.brake_pattern import brake_pattern_mps
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.compiled import Plain, compiled
+from kankaku.railway.compiled import Plain, compiled, formula
 from kankaku.railway.motion.kinematics import next_speed_mps
 from kankaku.railway.plan.brake_table import BrakeTable, braking_v2_at
 
@@ -47,7 +47,7 @@ def patterns_of(fields: Plain) -> Patterns:
     return Patterns(BrakeTable(*braking), emergency, *figures)
 
 
-@compiled
+@formula
 def step_end_m(front_m: float, patterns: Patterns) -> float:
     """
     Return where the step of the patterns ends that holds a front.
@@ -69,7 +69,7 @@ def step_end_m(front_m: float, patterns: Patterns) -> float:
     return end_m
 
 
-@compiled
+@formula
 def control_mps(train: int, end_m: float, stop_m: float, patterns: Patterns) -> float:
     """
     Return the control pattern of a step: its curve at the step's end.
@@ -94,7 +94,7 @@ def control_mps(train: int, end_m: float, stop_m: float, patterns: Patterns) -> 
     return float(brake_pattern_mps(patterns.braking, train, end_m, stop_m, brake))
 
 
-@compiled
+@formula
 def emergency_mps(train: int, end_m: float, danger_m: float, patterns: Patterns) -> float:
     """
     Return the emergency pattern of a step: safe as far as the step's end.

@@ -1,11 +1,11 @@
 """One brake pattern: the speeds from which a share of the service brake stops a train in time."""
 
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import formula
 from kankaku.railway.motion.kinematics import next_speed_mps
 from kankaku.railway.plan.brake_table import BrakeTable, braking_v2_at
 
 
-@compiled
+@formula
 def pattern_v2_m2ps2(
     braking: BrakeTable, train: int, from_m: float, stop_m: float, share: float
 ) -> float:
@@ -39,7 +39,7 @@ def pattern_v2_m2ps2(
     return float(whole - spared)
 
 
-@compiled
+@formula
 def brake_pattern_mps(
     braking: BrakeTable, train: int, from_m: float, stop_m: float, brake: tuple[float, float]
 ) -> float:

@@ -27,7 +27,7 @@ from kankaku.controllers.options import require
 from kankaku.controllers.protection.brake_pattern import brake_pattern_mps, pattern_v2_m2ps2
 from kankaku.controllers.protection.fixed_block import detection_on
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.compiled import Plain, compiled, formula, plain
 from kankaku.railway.motion.kinematics import next_speed_mps
 from kankaku.railway.plan.brake_table import BrakeTable, braking_loss_mps
 from kankaku.railway.plan.world import World
@@ -151,7 +151,7 @@ def _pattern_of(fields: Plain) -> Pattern:
     return Pattern(BrakeTable(*braking), share, idle_time_s, overlap_m, step_s, far_m)
 
 
-@compiled
+@formula
 def _followed_mps(
     train: int, front_m: float, speed_mps: float, stop_m: float, pattern: Pattern
 ) -> float:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.compiled import compiled, count_up_to
+from kankaku.railway.compiled import count_up_to, formula
 
 
 class RuleBase(NamedTuple):
@@ -27,7 +27,7 @@ class RuleBase(NamedTuple):
     """What each rule says. shape (n_first, n_second)"""
 
 
-@compiled
+@formula
 def degrees(peaks: FloatArray, value: float) -> tuple[int, float]:
     """
     Return how far a value belongs to the triangular sets around it.
@@ -49,7 +49,7 @@ def degrees(peaks: FloatArray, value: float) -> tuple[int, float]:
     return upper, min(max(share, 0.0), 1.0)
 
 
-@compiled
+@formula
 def infer(rules: RuleBase, first: float, second: float) -> float:
     """
     Return the weighted mean of what the rules say.

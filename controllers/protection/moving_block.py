@@ -23,7 +23,7 @@ from kankaku.controllers.ceiling import (
 )
 from kankaku.controllers.options import OptionError, require
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, count_up_to, plain
+from kankaku.railway.compiled import Plain, compiled, count_up_to, formula, plain
 from kankaku.railway.plan.buffers import Buffers, drifted_buffer_m, reaching_front_m
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import Lasting, LayerSteps
@@ -211,7 +211,7 @@ class MovingBlock:
         return np.minimum(braked_mps, self.ceiling.at_mps(row, front_m))
 
 
-@compiled
+@formula
 def _eoa_m(
     front_m: float,
     entered: bool,

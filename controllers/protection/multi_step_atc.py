@@ -18,7 +18,7 @@ from kankaku.controllers.protection.code_doubts import never_shown
 from kankaku.controllers.protection.code_table import Braking, code_table
 from kankaku.controllers.protection.fixed_block import detection_on
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.compiled import Plain, compiled, formula, plain
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import Lasting, LayerSteps
 from kankaku.railway.step.control import Separation
@@ -218,7 +218,7 @@ class MultiStepAtc:
         return np.minimum(codes_mps, self._ceiling.at_mps(row, front_m))
 
 
-@compiled
+@formula
 def _code_mps(
     front_m: float, danger_m: float, route: int, blocks: Tiling, code_mps: FloatArray
 ) -> tuple[float, float, float]:
@@ -304,7 +304,7 @@ def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain
     return (eoa_m, ceiling_mps, delay_s, eoa_by, ceiling_by), (sight, onboard)
 
 
-@compiled
+@formula
 def _ahead_mps2(
     front_m: float,
     speed_mps: float,
@@ -328,7 +328,7 @@ def _ahead_mps2(
     return float(brake_mps2)
 
 
-@compiled
+@formula
 def _acted_mps(
     time_s: float, speed_mps: float, brake_mps2: float, onboard: FloatArray, signals: Signals
 ) -> float:
@@ -343,7 +343,7 @@ def _acted_mps(
     return max(speed_mps - brake_mps2 * signals.step_s, 0.0)
 
 
-@compiled
+@formula
 def _bound_mps(
     time_s: float, shown: float, speed_mps: float, onboard: FloatArray, signals: Signals
 ) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 from kankaku.controllers.ceiling import LineCeiling, braked_to_mps, ceilings_ahead_mps
 from kankaku.controllers.options import require
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.compiled import Plain, compiled, formula, plain
 from kankaku.railway.plan.brake_table import SPACING_M, BrakeTable, braking_v2_at
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import Lasting, LayerSteps
@@ -138,7 +138,7 @@ def _leaders(fields: Plain) -> LeadersAhead:
     return LeadersAhead(BrakeTable(*braking), accepted, harder_mps2, margin_m)
 
 
-@compiled
+@formula
 def _stands_m(train: int, front_m: float, speed_mps: float, leaders: LeadersAhead) -> float:
     """Return where a front comes to a stand if its train brakes as hard as assumed."""
     if speed_mps <= 0.0:

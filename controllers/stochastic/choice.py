@@ -19,7 +19,7 @@ from kankaku.controllers.stochastic.waiting import (
     rate_mps2,
 )
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled
+from kankaku.railway.compiled import Plain, compiled, formula
 from kankaku.railway.step.state import Whereabouts
 
 LEAVING_M = 30.0
@@ -89,7 +89,7 @@ def choose(
     return rates
 
 
-@compiled
+@formula
 def _level(scale: float) -> tuple[int, float]:
     """Return the lower of two levels, and the weight of the upper one."""
     low = 0
@@ -99,7 +99,7 @@ def _level(scale: float) -> tuple[int, float]:
     return low, min(max(ratio, 0.0), 1.0)
 
 
-@compiled
+@formula
 def _during(
     site: tuple[PlatformWay, int, Stack],
     motion: tuple[float, float],
@@ -116,7 +116,7 @@ def _during(
     return _cheapest(site, motion, costs, (tables, stayed_s / LOOK_S + 1.0), (low, weight), hazards)
 
 
-@compiled
+@formula
 def _before(
     site: tuple[PlatformWay, int, Stack],
     motion: tuple[float, float],
@@ -131,7 +131,7 @@ def _before(
     return _cheapest(site, motion, costs, to_come, plan, (0.0, 0.0))
 
 
-@compiled
+@formula
 def _cheapest(
     site: tuple[PlatformWay, int, Stack],
     motion: tuple[float, float],
@@ -164,7 +164,7 @@ def _cheapest(
     return chosen
 
 
-@compiled
+@formula
 def _plan(
     stack: Stack, number: int, slack_s: float, scale: float, certain: bool
 ) -> tuple[int, float]:

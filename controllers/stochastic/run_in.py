@@ -15,7 +15,7 @@ from kankaku.controllers.stochastic.approach_site import (
     PlatformWay,
 )
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.compiled import Plain, compiled, interpolated
+from kankaku.railway.compiled import Plain, compiled, formula, interpolated
 from kankaku.railway.meters.standstill import CRAWLING_MPS
 from kankaku.railway.motion.electric_brake import electric_brake_n
 
@@ -56,7 +56,7 @@ def site_of(fields: Plain) -> PlatformSite:
     return PlatformSite(PlatformWay(*approach), stop_m, permitted_v2)
 
 
-@compiled
+@formula
 def permitted_v2_at(site: PlatformSite, moment: int, place: float) -> float:
     """
     Return the square of the speed permitted at a place.
@@ -81,7 +81,7 @@ def permitted_v2_at(site: PlatformSite, moment: int, place: float) -> float:
     return float(row[cell] + part * (row[cell + 1] - row[cell]))
 
 
-@compiled
+@formula
 def drag_at_mps2(approach: PlatformWay, place: float) -> float:
     """
     Return what gradient and curves take at a place.
@@ -102,7 +102,7 @@ def drag_at_mps2(approach: PlatformWay, place: float) -> float:
     return float(approach.drag_mps2[cell])
 
 
-@compiled
+@formula
 def by_speed(table: FloatArray, speed_mps: float) -> float:
     """
     Return an acceleration on the level by speed.
@@ -123,7 +123,7 @@ def by_speed(table: FloatArray, speed_mps: float) -> float:
     return float(interpolated(table, place))
 
 
-@compiled
+@formula
 def energy_kwh(
     approach: PlatformWay, speeds_mps: tuple[float, float], drag_mps2: float, lasts_s: float
 ) -> float:
@@ -156,7 +156,7 @@ def energy_kwh(
     return -approach.electric_kwh * min(-force, electric) * mean * lasts_s
 
 
-@compiled
+@formula
 def run_in(
     site: PlatformSite, motion: tuple[float, float], cap_mps: float, costs: Costs, bound_s: float
 ) -> tuple[float, float, float]:
@@ -237,7 +237,7 @@ def best_cap(
     return least, chosen
 
 
-@compiled
+@formula
 def run_in_cap_mps(
     site_fields: Plain, motion: tuple[float, float], caps_mps: FloatArray, costs_fields: Plain
 ) -> float:

@@ -31,7 +31,7 @@ from kankaku.controllers.stochastic.run_in import (
     site_of,
 )
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.compiled import Plain, compiled, formula, plain
 from kankaku.railway.meters.standstill import CRAWLING_MPS
 
 LOOK_S = 2.0
@@ -145,7 +145,7 @@ def times_of(belief: Belief, greatest_scale: float) -> int:
     return int(np.ceil(longest_s / LOOK_S)) + 2
 
 
-@compiled
+@formula
 def distance_cell(approach: PlatformWay, distance_m: float) -> float:
     """
     Return the cell of a distance to the limit: the nearer, the finer.
@@ -166,7 +166,7 @@ def distance_cell(approach: PlatformWay, distance_m: float) -> float:
     return min(math.sqrt(share) * (DISTANCES - 1), DISTANCES - 1.001)
 
 
-@compiled
+@formula
 def between(table: FloatArray, place: float, share: float) -> float:
     """
     Interpolate between distances and shares.
@@ -190,7 +190,7 @@ def between(table: FloatArray, place: float, share: float) -> float:
     return float(near + down * (far - near))
 
 
-@compiled
+@formula
 def top_at_mps(top_mps: FloatArray, place: float) -> float:
     """
     Return the permitted speed at a distance.
@@ -211,7 +211,7 @@ def top_at_mps(top_mps: FloatArray, place: float) -> float:
     return float(top_mps[cell] + (place - cell) * (top_mps[cell + 1] - top_mps[cell]))
 
 
-@compiled
+@formula
 def rate_mps2(approach: PlatformWay, action: int, speed_mps: float, drag_mps2: float) -> float:
     """
     Return the acceleration that an action stands for.
@@ -242,7 +242,7 @@ def rate_mps2(approach: PlatformWay, action: int, speed_mps: float, drag_mps2: f
     return PULL_SHARES[action - HOLD - 1] * pull
 
 
-@compiled
+@formula
 def look_ahead(
     approach: PlatformWay,
     top_mps: FloatArray,
@@ -289,7 +289,7 @@ def look_ahead(
     return distance_cell(approach, left_m), min(share, SHARES - 1.001), cost, after
 
 
-@compiled
+@formula
 def distance_m_at(approach: PlatformWay, row: int) -> float:
     """
     Return the distance to the limit of a cell.

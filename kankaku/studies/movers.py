@@ -26,7 +26,7 @@ class Mover(NamedTuple):
     engine: type[OnSumo]
 
 
-def mover_of(scenario: Scenario, spec: ControllerSpec, engine: str) -> Mover:
+def mover_of(scenario: Scenario, spec: ControllerSpec, engine: str, *, gui: bool = False) -> Mover:
     """
     Return what moves the trains of a run.
 
@@ -56,4 +56,4 @@ def mover_of(scenario: Scenario, spec: ControllerSpec, engine: str) -> Mover:
     # On a network SUMO would keep no stop of a train that takes over the stock of another one.
     if engine == WITNESS or scenario.line.network:
         return Mover(build_witness, WitnessEngine)
-    return Mover(build, SumoEngine)
+    return Mover(partial(build, signals=gui), SumoEngine)

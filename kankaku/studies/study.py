@@ -168,7 +168,7 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
     delays_s = scenario.dwell_delays.draw(scenario.timetable, seed)
     bare = registry.build(spec, world, scenario.radio, delays_s)
     controller = _wrapped(bare, wrap)
-    mover, record = mover_of(scenario, spec, engine), None
+    mover, record = mover_of(scenario, spec, engine, gui=gui), None
     try:
         with tempfile.TemporaryDirectory(prefix="kankaku-", dir=temporary_folder()) as folder:
             files = mover.write(scenario, world, delays_s, Path(folder))

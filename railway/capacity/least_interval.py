@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import compiled, formula
 from kankaku.railway.motion.acceleration import accelerations, energy_gain
 from kankaku.railway.motion.run_curve import RunCurve, fastest
 from kankaku.railway.motion.way import Way, way_on
@@ -126,7 +126,7 @@ def _remaining(
     return at_cap_s, time_s
 
 
-@compiled
+@formula
 def _looked_up(
     at_cap_s: FloatArray, time_s: FloatArray, place: int, cap_mps: float, speed_mps: float
 ) -> float:
@@ -140,7 +140,7 @@ def _looked_up(
     return float(time_s[place, index] + part * (above_s - time_s[place, index]))
 
 
-@compiled
+@formula
 def _least_s(times: RemainingTimes, speed_mps: FloatArray) -> float:
     least_s = np.inf
     for place in range(speed_mps.size):

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, compiled_with
+from kankaku.railway.compiled import Plain, compiled_with, formula
 from kankaku.railway.step.bundles import Lasting, Span
 from kankaku.railway.step.reasons import REASON_OF_BOUND, explain
 from kankaku.railway.wayside.leaders import lower_to_tails
@@ -53,7 +53,7 @@ class Sampling(NamedTuple):
     """Reason of the advice and bound of the command. shape (n_samples, 2, n_trains)"""
 
 
-@compiled
+@formula
 def _is_engines(span: Span, front_m: FloatArray, speed_mps: FloatArray) -> bool:
     """Return whether a train is about to stop, or to leave the line."""
     for place in range(span.rows.size):
@@ -67,7 +67,7 @@ def _is_engines(span: Span, front_m: FloatArray, speed_mps: FloatArray) -> bool:
     return False
 
 
-@compiled
+@formula
 def _is_trackers(watched: Watched, tail_m: FloatArray, speed_mps: FloatArray) -> bool:
     """Return whether a tail has left a track, or a train has departed."""
     for row in watched.ready:

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import compiled, formula
 from kankaku.railway.plan.rolling_stock import TrainType
 
 SPEED_SPACING_MPS = 0.01
@@ -35,7 +35,7 @@ def accelerations(train_type: TrainType) -> tuple[FloatArray, FloatArray]:
     return train_type.level_acceleration_mps2(speeds), coast
 
 
-@compiled
+@formula
 def energy_gain(
     table: FloatArray, energy: float, step_m: float, drags: tuple[float, float]
 ) -> float:
@@ -63,7 +63,7 @@ def energy_gain(
     return 0.5 * step_m * (slope + look_up(table, ahead) - drags[1])
 
 
-@compiled
+@formula
 def look_up(table: FloatArray, energy: float) -> float:
     """
     Interpolate an acceleration.

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import compiled, formula
 from kankaku.railway.motion.acceleration import accelerations, energy_gain
 from kankaku.railway.motion.way import Way
 
@@ -119,7 +119,7 @@ def trace(way: Way, drive: Driving) -> Trace:
     )
 
 
-@compiled
+@formula
 def _drive_cell(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     mode: int,
     energy: float,

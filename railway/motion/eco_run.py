@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import compiled, formula
 from kankaku.railway.motion.acceleration import accelerations, energy_gain
 from kankaku.railway.motion.climbing import climbing_floor
 from kankaku.railway.motion.electric_brake import electric_brake_n
@@ -202,7 +202,7 @@ def _kept_climbing(way: Way, floor: FloatArray, run: Extremal) -> Extremal:
     return Extremal(energy, phase, time_s)
 
 
-@compiled
+@formula
 def _raise_to_climb(  # noqa: PLR0917 - compiled functions take plain arrays
     chainage_m: FloatArray,
     drag: FloatArray,

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import compiled, formula
 from kankaku.railway.motion.acceleration import accelerations, energy_gain
 from kankaku.railway.motion.electric_brake import electric_brake_n
 from kankaku.railway.motion.way import Way
@@ -206,7 +206,7 @@ def _run(  # noqa: PLR0917 - compiled functions take plain arrays
     return energy, phase, time_s
 
 
-@compiled
+@formula
 def _powered(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     chainage_m: FloatArray,
     cap: FloatArray,
@@ -235,7 +235,7 @@ def _powered(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     return cells
 
 
-@compiled
+@formula
 def _braked(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     chainage_m: FloatArray,
     cap: FloatArray,
@@ -261,7 +261,7 @@ def _braked(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     return chainage_m.size - 1
 
 
-@compiled
+@formula
 def _switch(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     chainage_m: FloatArray,
     cap: FloatArray,
@@ -302,7 +302,7 @@ def _switch(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     return high
 
 
-@compiled
+@formula
 def _let_go(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     chainage_m: FloatArray,
     cap: FloatArray,
@@ -350,14 +350,14 @@ def _let_go(  # noqa: PLR0913, PLR0917 - compiled functions take plain arrays
     return worth, chainage_m.size - 1
 
 
-@compiled
+@formula
 def _holds(rates: Rates, energy: float, ahead: float, step_m: float, drag: float) -> bool:
     """Tell whether the electric brake alone is enough over a cell."""
     braked, _ = _over_a_step(rates, energy, 0.0, step_m, drag, True)
     return braked <= ahead
 
 
-@compiled
+@formula
 def _over_a_cell(
     rates: Rates, energy: float, worth: float, step_m: float, drag: float
 ) -> tuple[float, float]:
@@ -371,7 +371,7 @@ def _over_a_cell(
     return _over_a_step(rates, energy, worth, (1.0 - part) * step_m, drag, not brakes)
 
 
-@compiled
+@formula
 def _over_a_step(
     rates: Rates, energy: float, worth: float, step_m: float, drag: float, brakes: bool
 ) -> tuple[float, float]:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from kankaku.railway.compiled import compiled, elementwise
+from kankaku.railway.compiled import elementwise, formula
 
 NEWTON_STEPS = 40
 """More than are ever needed. [-]"""
@@ -75,7 +75,7 @@ def next_speed_mps(speed_mps: float, square_m2ps2: float, loss_mps: float, lag_m
     return math.sqrt(half * half + room) - half
 
 
-@compiled
+@formula
 def rising_speed_mps(
     speed_mps: float, square_m2ps2: float, losses_mps: tuple[float, float], rise_mps: float
 ) -> float:

@@ -7,7 +7,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import compiled, count_up_to, interpolated
+from kankaku.railway.compiled import compiled, count_up_to, formula, interpolated
 from kankaku.railway.plan.rolling_stock import TrainType
 
 SPEED_CELL_MPS = 0.05
@@ -96,7 +96,7 @@ class RunUpTable(NamedTuple):
         )
 
 
-@compiled
+@formula
 def shortest_s(
     table: RunUpTable, kind: int, run: tuple[float, float, float], brake_mps2: float
 ) -> float:
@@ -177,6 +177,6 @@ def covers_s(table: RunUpTable, kind: int, run: tuple[float, float, float]) -> f
     return float(table.time_s[low] + part * cell_s - from_s)
 
 
-@compiled
+@formula
 def _cell(speed_mps: float, first: int, last: int) -> float:
     return min(first + speed_mps / SPEED_CELL_MPS, last - 1e-6)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.compiled import compiled, interpolated
+from kankaku.railway.compiled import formula, interpolated
 from kankaku.railway.plan.profile import Profile
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.world import World
@@ -80,7 +80,7 @@ def traction_table(
     )
 
 
-@compiled
+@formula
 def level_gain_mps(table: TractionTable, train: int, speed_mps: float) -> float:
     """
     Return the speed gained in a step of full traction on the level.
@@ -102,7 +102,7 @@ def level_gain_mps(table: TractionTable, train: int, speed_mps: float) -> float:
     return float(table.gain_mps[int(speed_mps * table.cells_per_mps + table.first_cell[train])])
 
 
-@compiled
+@formula
 def pulled_mps(table: TractionTable, train: int, front_m: float, speed_mps: float) -> float:
     """
     Return the speed after a step of full traction.
@@ -129,7 +129,7 @@ def pulled_mps(table: TractionTable, train: int, front_m: float, speed_mps: floa
     return float(speed_mps + gain_mps - interpolated(table.drag_mps, middle))
 
 
-@compiled
+@formula
 def coasted_mps(table: TractionTable, train: int, speed_mps: float, pulled: float) -> float:
     """
     Return the speed after a step without traction.

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import compiled, interpolated
+from kankaku.railway.compiled import compiled, formula, interpolated
 
 SPACING_M = 1.0
 """One metre, so that a chainage is an index. [m]"""
@@ -34,7 +34,7 @@ class BrakeTable(NamedTuple):
     """Service brake of each train on the level. [m/s2], shape (n_trains,)"""
 
 
-@compiled
+@formula
 def place_of(braking: BrakeTable, train: int, chainage_m: float) -> float:
     """
     Return the place of a chainage in the tables of all trains.
@@ -56,7 +56,7 @@ def place_of(braking: BrakeTable, train: int, chainage_m: float) -> float:
     return float(chainage_m + braking.row_start[train])
 
 
-@compiled
+@formula
 def braking_v2_there(braking: BrakeTable, place: float) -> float:
     """
     Return twice the brake potential at a place of the tables.
@@ -76,7 +76,7 @@ def braking_v2_there(braking: BrakeTable, place: float) -> float:
     return float(interpolated(braking.braking_v2_m2ps2, place))
 
 
-@compiled
+@formula
 def braking_v2_at(braking: BrakeTable, train: int, chainage_m: float) -> float:
     """
     Return twice the brake potential of a train at a place.
@@ -99,7 +99,7 @@ def braking_v2_at(braking: BrakeTable, train: int, chainage_m: float) -> float:
     return float(interpolated(braking.braking_v2_m2ps2, place))
 
 
-@compiled
+@formula
 def braking_loss_mps(
     braking: BrakeTable, train: int, front_m: float, speed_mps: float, step_s: float
 ) -> float:
@@ -158,7 +158,7 @@ def braking_v2_each(braking: BrakeTable, trains: IntArray, chainage_m: FloatArra
     return values
 
 
-@compiled
+@formula
 def braked_stop_m(braking: BrakeTable, train: int, front_m: float, speed_mps: float) -> float:
     """
     Return where the service brake brings a train to a stand.

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import formula
 
 
 class LimitTable(NamedTuple):
@@ -26,7 +26,7 @@ class LimitTable(NamedTuple):
     """The piece at each point of the grid. shape (n_types * n_grid,)"""
 
 
-@compiled
+@formula
 def piece_at(limits: LimitTable, place: float) -> int:
     """
     Return the piece that a front is in.

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import formula
 from kankaku.railway.plan.radio_spec import NEVER, TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
 from kankaku.railway.randomness import stream
@@ -189,7 +189,7 @@ class _Draws:
             self._delay_s[begin:, row] = spec.delay_least_s + range_s * drawn[:, 1]
 
 
-@compiled
+@formula
 def _chain(
     drawn: FloatArray,
     odds: tuple[float, float, float],
@@ -207,7 +207,7 @@ def _chain(
         lost[index] = before
 
 
-@compiled
+@formula
 def _deliver(
     now_s: float,
     present: BoolArray,

@@ -3,7 +3,7 @@
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import compiled, formula
 from kankaku.railway.errors import KankakuError
 from kankaku.railway.step.control import Bound, Command, Controller
 from kankaku.railway.step.state import (
@@ -183,7 +183,7 @@ class Reasons:
             raise ReasonError(msg)
 
 
-@compiled
+@formula
 def _unexplained(reason: IntArray, bound: IntArray, words: int) -> int:
     """Return the first train whose advice has no word although it needs one; -1 for none."""
     for train in range(reason.size):

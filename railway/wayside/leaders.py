@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import formula
 from kankaku.railway.plan.line import Line
 from kankaku.railway.plan.passing import NO_PREDECESSOR, Precursors, Predecessor
 from kankaku.railway.plan.world import World
@@ -323,7 +323,7 @@ class Leaders:
         return tail_m, clear_to_m
 
 
-@compiled
+@formula
 def lower_to_tails(
     clear_to_m: FloatArray, tail_m: FloatArray, leader: IntArray, follows: BoolArray
 ) -> None:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import compiled, formula
 from kankaku.railway.step.state import NOTHING
 from kankaku.railway.wayside.tiling import Tiling, place_of, place_of_front
 
@@ -49,7 +49,7 @@ class Points(NamedTuple):
     """
 
 
-@compiled
+@formula
 def touch(
     time_s: float,
     trains: DetectedTrains,
@@ -124,7 +124,7 @@ def dangers_m(trains: DetectedTrains, circuits: Tiling, shown: CircuitsShown) ->
     return danger_m
 
 
-@compiled
+@formula
 def lower_to_locked_points(
     danger_m: FloatArray, trains: DetectedTrains, circuits: Tiling, points: Points
 ) -> None:
@@ -150,7 +150,8 @@ def lower_to_locked_points(
             within = trains.front_m[train] > start_m and trains.tail_m[train] < end_m
             if trains.present[train] and way >= 0 and within:
                 # DetectedTrains on two ways at once should not be; then nobody else may come.
-                locked = way if locked in {-1, way} else -2
+                free = locked == -1 or locked == way  # noqa: PLR1714 - a set is made anew each time
+                locked = way if free else -2
         if locked == -1:
             continue
         for train in range(trains.front_m.size):
@@ -211,7 +212,7 @@ def _danger_by(
     return danger_by
 
 
-@compiled
+@formula
 def _to_go_m(front_m: float, tail_m: float, place: int, circuits: Tiling, points: Points) -> float:
     """Return how far a train goes before a circuit or points behind or ahead of it change. [m]"""
     to_go_m: float = max(circuits.end_m[place] - tail_m, 0.0)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import compiled, count_up_to
+from kankaku.railway.compiled import count_up_to, formula
 from kankaku.railway.plan.line import Block, Line
 
 
@@ -58,7 +58,7 @@ def tiling_of(line: Line, pieces: Sequence[Block], routes: Sequence[tuple[str, .
     )
 
 
-@compiled
+@formula
 def place_of(tiling: Tiling, route: int, chainage_m: float) -> int:
     """
     Return the place in a tiling that holds a chainage.
@@ -82,7 +82,7 @@ def place_of(tiling: Tiling, route: int, chainage_m: float) -> int:
     return place
 
 
-@compiled
+@formula
 def place_of_front(tiling: Tiling, route: int, front_m: float) -> int:
     """
     Return the place in a tiling that a front stands in.

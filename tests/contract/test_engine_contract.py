@@ -1,4 +1,4 @@
-"""Whatever moves the trains keeps the same contract: the toy engine and SUMO."""
+"""Whatever moves the trains keeps the same contract: the toy engine, SUMO, and both of its ways."""
 
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
@@ -13,8 +13,9 @@ from kankaku.railway.plan.dwell import DwellDelays, Overstay
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.engine_contract import Engine, Observation
-from kankaku.sumo_net.build import build
+from kankaku.sumo_net.build import build, build_witness
 from kankaku.sumo_net.engine import SumoEngine
+from kankaku.sumo_net.witness_engine import WitnessEngine
 from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
 from kankaku.testing.toy_engine import ToyEngine
 from tests.ends_of_ways import joint_scenario, short_turn_scenario
@@ -39,16 +40,28 @@ def open_sumo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Opener:
     return opener
 
 
+@pytest.fixture
+def open_witness(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Opener:
+    monkeypatch.setenv("KANKAKU_CACHE", str(tmp_path / "cache"))
+
+    def opener(scenario: Scenario) -> AbstractContextManager[Engine]:
+        world = world_of(scenario)
+        delay_s = scenario.dwell_delays.draw(scenario.timetable, scenario.seed)
+        return WitnessEngine(build_witness(scenario, world, delay_s, tmp_path / "run"), world)
+
+    return opener
+
+
 def open_toy(scenario: Scenario) -> AbstractContextManager[Engine]:
     delay_s = scenario.dwell_delays.draw(scenario.timetable, scenario.seed)
     return ToyEngine(world_of(scenario), delay_s, scenario.step_s)
 
 
-@pytest.fixture(params=["toy", "sumo"])
+@pytest.fixture(params=["toy", "sumo", "witness"])
 def open_engine(request: pytest.FixtureRequest) -> Opener:
     if request.param == "toy":
         return open_toy
-    opener: Opener = request.getfixturevalue("open_sumo")
+    opener: Opener = request.getfixturevalue(f"open_{request.param}")
     return opener
 
 
