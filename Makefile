@@ -119,9 +119,10 @@ sensitivity: $(READY)
 fuzz: $(READY)
 	$(BIN)/python -m tools.fuzz
 
-# Kills studies and their workers at random moments; fails if a finished run is lost.
+# Kills studies and their workers at random moments; fails if a finished run is lost, or any byte is another one.
 kills: $(READY)
 	$(BIN)/python -m tools.kills
+	$(BIN)/python -m tools.study_kills
 
 # Faults that are put into a copy of the source: each one has to be seen in a run.
 mutants: $(READY)

@@ -109,6 +109,7 @@ def performed(
     jobs: int,
     tell: Callable[[TaskT, float], None] = lambda *_: None,
     folder: Path | None = None,
+    more: Callable[[], Sequence[TaskT]] | None = None,
 ) -> Generator[Done[TaskT, Result]]:
     """
     Perform tasks and yield what became of them as they come.
@@ -128,6 +129,9 @@ def performed(
         Called here with a task and what it reported.
     folder
         Where temporary files are kept; they are removed. The system's place if None.
+    more
+        Called once everything is done that there was to do; returns what else there is, until
+        there is nothing.
 
     Yields
     ------
@@ -135,11 +139,12 @@ def performed(
         In order of completion. If the caller gives up, the workers are ended.
     """
     with _scratch(folder) as scratch:
-        if jobs == 1 or len(tasks) <= 1:
-            for task in tasks:
-                yield _in_this_process(perform, task, tell, scratch)
+        if jobs == 1 or (len(tasks) <= 1 and more is None):
+            waiting = deque(tasks)
+            while waiting or (more and (waiting := deque(more()))):
+                yield _in_this_process(perform, waiting.popleft(), tell, scratch)
         else:
-            yield from _in_processes(perform, tasks, jobs, tell, scratch)
+            yield from _in_processes(perform, tasks, jobs, tell, (scratch, more or tuple))
 
 
 @contextmanager
@@ -253,14 +258,19 @@ def _in_processes(
     tasks: Sequence[TaskT],
     jobs: int,
     tell: Callable[[TaskT, float], None],
-    scratch: Path,
+    place: tuple[Path, Callable[[], Sequence[TaskT]]],
 ) -> Generator[Done[TaskT, Result]]:
+    scratch, more = place
     waiting = deque(tasks)
     killed: dict[TaskT, str] = {}
     workers: list[_Worker] = []
     resource_tracker.ensure_running()
     try:
-        while waiting or any(worker.task is not None for worker in workers):
+        while (
+            waiting
+            or any(worker.task is not None for worker in workers)
+            or (waiting := deque(more()))
+        ):
             interrupts.check()
             _occupy(workers, waiting, jobs, partial(_Worker, perform, scratch))
             busy = [worker for worker in workers if worker.task is not None]

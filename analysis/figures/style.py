@@ -235,9 +235,11 @@ def draw_booked(axes: Axes, calls: pd.DataFrame, *, label: str) -> None:
         )
 
 
-def write_figure(figure: Figure, stem: Path) -> tuple[Path, ...]:
+def write_figure(
+    figure: Figure, stem: Path, formats: Sequence[str] = ("png", "svg")
+) -> tuple[Path, ...]:
     """
-    Write a figure as PNG and SVG, the same bytes every time.
+    Write a figure, by default as PNG and SVG, the same bytes every time.
 
     Parameters
     ----------
@@ -245,6 +247,8 @@ def write_figure(figure: Figure, stem: Path) -> tuple[Path, ...]:
         The figure.
     stem
         Path without suffix.
+    formats
+        Which files: ``png``, ``svg``.
 
     Returns
     -------
@@ -252,8 +256,8 @@ def write_figure(figure: Figure, stem: Path) -> tuple[Path, ...]:
         The files.
     """
     files = []
-    kinds: Sequence[tuple[str, dict[str, str | None]]] = (("png", {}), ("svg", {"Date": None}))
-    for kind, metadata in kinds:
+    for kind in formats:
+        metadata: dict[str, str | None] = {"Date": None} if kind == "svg" else {}
         buffer = io.BytesIO()
         with style():
             figure.savefig(buffer, format=kind, dpi=PNG_DPI, metadata=metadata)

@@ -1,7 +1,7 @@
 """One publisher for all kinds of results: tables, figures, columns, texts and provenance."""
 
 import io
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -20,10 +20,12 @@ Draw: TypeAlias = "Callable[[], Figure]"
 
 EXPLAINED, MADE_FROM = "columns.csv", "provenance.json"
 """Every folder has what its columns mean, and what it was made from."""
+FORMATS = ("png", "svg")
+"""Of figures."""
 
 
-def _images(figures: Iterable[str]) -> set[str]:
-    return {f"{figure}.{ending}" for figure in figures for ending in ("png", "svg")}
+def _images(figures: Iterable[str], formats: Sequence[str] = FORMATS) -> set[str]:
+    return {f"{figure}.{ending}" for figure in figures for ending in formats}
 
 
 class Kind(NamedTuple):
@@ -41,6 +43,8 @@ class Kind(NamedTuple):
     """Tables that are written as Parquet."""
     elsewhere: frozenset[str] = frozenset()
     """Tables that lie in folders below it and are written before."""
+    made_from: str = MADE_FROM
+    """The file that says what it was made from."""
 
     @property
     def marks(self) -> tuple[str, ...]:
@@ -51,7 +55,7 @@ class Kind(NamedTuple):
     def files(self) -> frozenset[str]:
         """Every file that a folder of this kind may have itself."""
         own = [self.file_of(table) for table in self.tables if table not in self.elsewhere]
-        return frozenset({*own, *_images(self.figures), *self.texts, EXPLAINED, MADE_FROM})
+        return frozenset({*own, *_images(self.figures), *self.texts, EXPLAINED, self.made_from})
 
     def file_of(self, table: str) -> str:
         """Return the name of a table's file."""
@@ -66,6 +70,7 @@ def publish_folder(
     provenance: Mapping[str, Any],
     *,
     texts: Mapping[str, str] | None = None,
+    formats: Sequence[str] = FORMATS,
 ) -> None:
     """
     Write a results folder; files of an earlier one that are not written again are removed.
@@ -84,6 +89,8 @@ def publish_folder(
         What was done; anything that JSON can hold.
     texts
         Other files by name.
+    formats
+        Of the figures.
     """
     files = {kind.file_of(name): _content(kind, name, frame) for name, frame in frames.items()}
     main = files.pop(kind.file_of(kind.main))
@@ -93,12 +100,12 @@ def publish_folder(
         if name in frames or name in kind.elsewhere
     }
     files |= texts or {}
-    files[MADE_FROM] = json_text(provenance)
+    files[kind.made_from] = json_text(provenance)
     files[EXPLAINED] = csv_text(columns_frame(explained), COLUMNS)
     folder.mkdir(parents=True, exist_ok=True)
-    for name in kind.files - files.keys() - _images(figures) - {kind.file_of(kind.main)}:
+    for name in kind.files - files.keys() - _images(figures, formats) - {kind.file_of(kind.main)}:
         (folder / name).unlink(missing_ok=True)
-    _draw(folder, figures)
+    _draw(folder, figures, formats)
     for name, content in files.items():
         write_whole(folder / name, content)
     # Last, because a folder counts as results once it has it.
@@ -113,7 +120,7 @@ def _content(kind: Kind, table: str, frame: pd.DataFrame) -> str | bytes:
     return buffer.getvalue()
 
 
-def _draw(folder: Path, figures: Mapping[str, Draw]) -> None:
+def _draw(folder: Path, figures: Mapping[str, Draw], formats: Sequence[str]) -> None:
     if not figures:
         return
     # Here, because it takes half a second that not every command needs.
@@ -121,4 +128,4 @@ def _draw(folder: Path, figures: Mapping[str, Draw]) -> None:
 
     for name, draw in figures.items():
         (folder / name).parent.mkdir(exist_ok=True)
-        write_figure(draw(), folder / name)
+        write_figure(draw(), folder / name, formats)

@@ -7,6 +7,7 @@ large enough is declared beside each indicator. Elsewhere the difference itself 
 """
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -154,6 +155,23 @@ def half_width(differences: FloatArray) -> float:
     if count < 2:
         return np.nan
     spread = float(differences.std(ddof=1))
+    return float(student(count - 1)) * spread / float(np.sqrt(count))
+
+
+def student(freedom: Any) -> Any:  # noqa: ANN401 - a number or an array of them
+    """
+    Return how many standard errors lie on each side of a mean.
+
+    Parameters
+    ----------
+    freedom
+        Degrees of freedom, one less than there are values. [-]
+
+    Returns
+    -------
+    Any
+        Student's quantile of 97.5 %, of the same shape. [-]
+    """
     from scipy.special import stdtrit  # noqa: PLC0415 - takes long to import
 
-    return float(stdtrit(count - 1, 0.5 + CONFIDENCE / 2)) * spread / float(np.sqrt(count))
+    return stdtrit(freedom, 0.5 + CONFIDENCE / 2)

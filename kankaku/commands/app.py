@@ -18,9 +18,11 @@ from kankaku.asking import (
     MOST_SEEDS,
     MOST_YEARS,
     SEED_MAX,
+    STUDY_SEEDS,
     YEARS,
     Check,
 )
+from kankaku.commands import study_options
 from kankaku.commands.shared_options import (
     OUT,
     PROCESSORS,
@@ -169,6 +171,55 @@ def across(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
         "engine": engine,
     }
     _end(compare_across(scenarios, out, choices))
+
+
+@app.command("study")
+def study(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
+    scenarios: Several,
+    controllers: study_options.Controllers = None,
+    settings: Settings = None,
+    seed: FirstSeed = None,
+    seeds: Seeds = STUDY_SEEDS,
+    step: Step = None,
+    jobs: Jobs = PROCESSORS,
+    out: study_options.StudyOut = study_options.STUDY_OUT,
+    shard: study_options.ShardOf = None,
+    until: study_options.Until = None,
+    scheduler: study_options.Scheduler = None,
+    engine: study_options.EngineOrNot = None,
+    trajectories: study_options.Trajectories = False,
+    indicator: study_options.Drawn = None,
+    image: study_options.Images = None,
+    fresh: Fresh = False,
+) -> None:
+    """Run controllers on very many seeds, for means, intervals and distributions."""
+    from kankaku.commands import ensemble_shown
+
+    choices = {
+        "names": [name for part in controllers or () for name in part.split(",") if name],
+        "settings": settings or (),
+        "seed": seed,
+        "seeds": seeds,
+        "step_s": step,
+        "jobs": jobs,
+        "fresh": fresh,
+    }
+    wanted = {"engine": engine, "shard": shard, "until": until, "trajectories": trajectories}
+    drawing = (indicator or (), image or ())
+    _end(ensemble_shown.run_many(scenarios, out, choices, wanted, scheduler, drawing))
+
+
+@app.command("merge")
+def merge(
+    out: study_options.Whole,
+    parts: study_options.Parts = None,
+    indicator: study_options.Drawn = None,
+    image: study_options.Images = None,
+) -> None:
+    """Put parts of a study together that were run with --shard."""
+    from kankaku.commands import ensemble_shown
+
+    _end(ensemble_shown.put_together(out, parts or (), (indicator or (), image or ())))
 
 
 @app.command("capacity")

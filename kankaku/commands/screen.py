@@ -63,7 +63,8 @@ def bars(*columns: ProgressColumn) -> Progress:
 class Log:
     """Lines now and then, for a log file; nobody wants bars there."""
 
-    def __init__(self) -> None:
+    def __init__(self, every_s: float = LOG_EVERY_S) -> None:
+        self._every_s = every_s
         self._begun_s = time.monotonic()
         self._told_s = self._begun_s
 
@@ -79,7 +80,7 @@ class Log:
             Even if it is not long since the last one.
         """
         now_s = time.monotonic()
-        if always or now_s - self._told_s >= LOG_EVERY_S:
+        if always or now_s - self._told_s >= self._every_s:
             self._told_s = now_s
             minutes, seconds = divmod(int(now_s - self._begun_s), 60)
             told = f"{sentence}, {minutes:02d}:{seconds:02d}"

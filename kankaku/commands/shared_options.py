@@ -64,12 +64,13 @@ Step: TypeAlias = Annotated[
 Jobs: TypeAlias = Annotated[
     int, typer.Option(min=1, help="Processes to use.", show_default="all processors")
 ]
+ENGINE_HELP = (
+    "every_step: SUMO moves the trains, told in every step; witness: SUMO looks at places and "
+    "collisions once a second, which is faster."
+)
 Engine: TypeAlias = Annotated[
     str,
-    typer.Option(
-        help="every_step: SUMO moves the trains, told in every step; witness: SUMO looks at places "
-        "and collisions once a second, which is faster."
-    ),
+    typer.Option(help=ENGINE_HELP),
 ]
 Seed: TypeAlias = Annotated[
     int | None, typer.Option(min=0, max=SEED_MAX, help="Seed; the scenario's own if not given.")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 ROOMS = ("analysis", "controllers", "railway", "scenarios", "sumo_net", "telecom")
-STUDIES = ("campaign", "failure_findings", "study")
+STUDIES = ("campaign", "ensemble_runs", "failure_findings", "movers", "study")
 """Studies that decide what is in the tables of a run."""
 
 

@@ -13,6 +13,9 @@ from kankaku import interrupts
 from kankaku.analysis.results import UNFINISHED
 from kankaku.railway.errors import KankakuError
 
+PARTS_HELD = ".parts"
+"""Folder in a results folder for those who hold a part of it."""
+
 
 class HeldError(KankakuError):
     """Somebody else writes to a results folder."""
@@ -54,6 +57,40 @@ def held(folder: Path) -> Iterator[Path]:
             os.close(lock)
 
 
+@contextmanager
+def held_part(folder: Path, part: str) -> Iterator[Path]:
+    """
+    Hold a part of a results folder, while others may hold other parts of it.
+
+    Parameters
+    ----------
+    folder
+        Results folder; made if missing, and removed again if it stays empty.
+    part
+        Name of the part.
+
+    Yields
+    ------
+    Path
+        As :func:`held`.
+
+    Raises
+    ------
+    HeldError
+        If another command holds the part, or the whole folder.
+    """
+    made = [place for place in (folder, *folder.parents) if not place.exists()]
+    lock = _locked(folder, fcntl.LOCK_SH)
+    try:
+        with held(folder / PARTS_HELD / part) as work:
+            yield work
+    finally:
+        for place in (folder / PARTS_HELD, *(made or [folder])):
+            with suppress(OSError):
+                place.rmdir()
+        os.close(lock)
+
+
 def _cleaned(folder: Path) -> Path:
     place = folder / UNFINISHED
     while True:
@@ -64,13 +101,13 @@ def _cleaned(folder: Path) -> Path:
             return Path(tempfile.mkdtemp(dir=place))
 
 
-def _locked(folder: Path) -> int:
+def _locked(folder: Path, how: int = fcntl.LOCK_EX) -> int:
     while True:
         with suppress(FileNotFoundError):
             folder.mkdir(parents=True, exist_ok=True)
             lock = os.open(folder, os.O_RDONLY)
             try:
-                _lock(lock, folder)
+                _lock(lock, folder, how)
                 if os.path.samestat(os.fstat(lock), folder.stat()):
                     return lock
             except BaseException:
@@ -80,9 +117,9 @@ def _locked(folder: Path) -> int:
             os.close(lock)
 
 
-def _lock(lock: int, folder: Path) -> None:
+def _lock(lock: int, folder: Path, how: int) -> None:
     try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(lock, how | fcntl.LOCK_NB)
     except BlockingIOError:
         msg = f"{folder}: another command is writing its results there; "
         msg += "allowed: wait until it has ended, or another --out"

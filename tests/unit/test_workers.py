@@ -33,6 +33,22 @@ def test_a_task_that_fails_is_named_with_its_reason_and_the_others_go_on(jobs: i
     assert "failing_on_two" in failure.traceback
 
 
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_what_there_is_more_to_do_is_asked_once_everything_else_is_done(jobs: int) -> None:
+    further = iter([[4, 5], [6], []])
+    known: list[int] = []
+    asked: list[list[int]] = []
+
+    def more() -> list[int]:
+        asked.append(sorted(known))
+        return next(further)
+
+    for done in performed(failing_on_two, [1, 3], jobs, more=more):
+        assert done.failure is None
+        known.append(done.task)
+    assert asked == [[1, 3], [1, 3, 4, 5], [1, 3, 4, 5, 6]]
+
+
 @pytest.mark.parametrize(("lives", "ends_well"), [(1, True), (2, False)])
 def test_a_killed_process_costs_its_task_one_more_try(
     tmp_path: Path, lives: int, ends_well: bool
