@@ -320,8 +320,7 @@ def ceilings_ahead_mps(whereabouts: Plain, fields: Plain) -> FloatArray:
     """
     trains, line = Whereabouts(*whereabouts), figures_of(fields)
     ceiling_mps = np.zeros_like(trains.speed_mps)
-    for train in range(ceiling_mps.size):
-        if trains.present[train]:
-            front_m, speed_mps = trains.front_m[train], trains.speed_mps[train]
-            ceiling_mps[train] = ceiling_ahead_mps(line, train, front_m, speed_mps)
+    for train in trains.rows:
+        front_m, speed_mps = trains.front_m[train], trains.speed_mps[train]
+        ceiling_mps[train] = ceiling_ahead_mps(line, train, front_m, speed_mps)
     return ceiling_mps

@@ -138,22 +138,22 @@ class TractionDrive:
             advice.ceiling_mps,
             authority.permission.emergency,
         )
-        return Command(
-            *_command(
-                state.time_s,
-                state.whereabouts,
-                asked,
-                self._stops,
-                (self._abilities, self._manner),
-                self._drivers,
-            )
+        bounds = np.zeros((N_BOUNDS, self._world.size))
+        next_mps, bound = _command(
+            state.time_s,
+            state.whereabouts,
+            asked,
+            self._stops,
+            (self._abilities, self._manner, self._drivers),
+            bounds,
         )
+        return Command(next_mps, bounds, bound)
 
     def steps(self, state: LineState) -> LayerSteps:
         """Return the compiled step."""
         self._take_up_calls(state)
-        trains = self._abilities, self._manner
-        fields = self._stops, trains, self._drivers, self._nobody
+        trains = self._abilities, self._manner, self._drivers
+        fields = self._stops, trains, self._nobody
         return LayerSteps(_drive, fields, (), np.inf)
 
     def _take_up_calls(self, state: LineState) -> None:
@@ -172,16 +172,16 @@ def _command(
     whereabouts: Plain,
     asked_fields: Plain,
     stop_fields: Plain,
-    trains_fields: tuple[Plain, Plain],
-    driver_fields: Plain,
-) -> tuple[FloatArray, FloatArray, IntArray]:
+    trains_fields: tuple[Plain, Plain, Plain],
+    bounds: FloatArray,
+) -> tuple[FloatArray, IntArray]:
+    """Return speeds and what counts for each; bounds are written, or one column again and again."""
     trains, asked, stops = Whereabouts(*whereabouts), Asked(*asked_fields), Stops(*stop_fields)
     able, manner = _abilities(trains_fields[0]), manner_from(trains_fields[1])
-    drivers, known = Drivers(*driver_fields), (able, manner)
+    drivers, known = Drivers(*trains_fields[2]), (able, manner)
     size = trains.speed_mps.size
     next_mps, bound = np.zeros(size), np.zeros(size, dtype=np.intp)
-    bounds = np.zeros((N_BOUNDS, size))
-    for train in range(size):
+    for train in trains.rows:
         if not trains.running[train]:
             drivers.before_mps[train], drivers.coasts_from_mps[train] = 0.0, 0.0
             continue
@@ -192,25 +192,27 @@ def _command(
         gained, downhill, braked, hardest = _reach_mps(known, drivers, train, motion)
         if asked.emergency[train]:
             next_mps[train] = max(hardest, 0.0)
-            bounds[:, train] = np.inf
-            bounds[EMERGENCY, train] = next_mps[train]
+            own = bounds[:, min(train, bounds.shape[1] - 1)]
+            own[:] = np.inf
+            own[EMERGENCY] = next_mps[train]
             bound[train] = EMERGENCY
             continue
         departs = speed == 0.0 and abs(front_m - stops.from_m[train]) < AT_STOP_M
         if departs and drivers.may_s[train] == np.inf:
             drivers.hurries[train] = now_s > stops.booked_s[train] + manner.late_after_s
-        _bound(bounds, train, motion, asked, stops, known, drivers)
-        kept = max(bounds[LIMIT, train], hardest)
+        own = bounds[:, min(train, bounds.shape[1] - 1)]
+        _bound(own, train, motion, asked, stops, known, drivers)
+        kept = max(own[LIMIT], hardest)
         steeper = _steeper_mps(known, train, (front_m, speed), gained, downhill)
         speeds = speed, gained, braked, downhill, steeper
-        wish = eased_mps(bounds[:, train], train, speeds, manner)
+        wish = eased_mps(own, train, speeds, manner)
         next_mps[train] = max(min(wish, kept), 0.0)
         ends = asked.eoa_m[train], asked.eoa_by[train], stops.stop_m[train], able.far_m
-        bound[train] = _lowest(bounds[:, train], ends)
+        bound[train] = _lowest(own, ends)
         may = departs and next_mps[train] > 0.0
         if not has_reacted(now_s, train, may, manner, drivers):
             next_mps[train], bound[train] = 0.0, STOP
-    return next_mps, bounds, bound
+    return next_mps, bound
 
 
 @compiled
@@ -218,10 +220,9 @@ def _drive(
     instant: Plain, authority: Plain, advice: Plain, fields: Plain
 ) -> tuple[FloatArray, IntArray]:
     now_s, whereabouts, _, _ = instant
-    (eoa_m, ceiling_mps, delay_s, eoa_by, _), (stops, trains, drivers, nobody) = authority, fields
+    (eoa_m, ceiling_mps, delay_s, eoa_by, _), (stops, trains, nobody) = authority, fields
     asked = eoa_m, delay_s, eoa_by, ceiling_mps, advice[0], nobody
-    next_mps, _, bound = _command(now_s, whereabouts, asked, stops, trains, drivers)
-    return next_mps, bound
+    return _command(now_s, whereabouts, asked, stops, trains, np.zeros((N_BOUNDS, 1)))
 
 
 @formula
@@ -294,14 +295,14 @@ def _bound(  # noqa: PLR0917 - compiled functions take plain arrays
                 pulled = coasted_mps(manner.ceiling.traction, train, speed, pulled)
         ceiling = min(ceiling, own)
     # Who cannot climb stands, held by the brake.
-    bounds[TRACTION, train] = max(pulled, 0.0)
-    bounds[CEILING, train], bounds[ADVICE, train] = ceiling, advised
-    bounds[LIMIT, train] = _to_end_mps(asked, known, train, motion, here)
+    bounds[TRACTION] = max(pulled, 0.0)
+    bounds[CEILING], bounds[ADVICE] = ceiling, advised
+    bounds[LIMIT] = _to_end_mps(asked, known, train, motion, here)
     gentler = manner.gentler_mps2[train]
     room = stops.v2_m2ps2[train] - here - 2.0 * gentler * (stops.stop_m[train] - front_m)
     losses = loss - gentler * able.step_s, 0.0
-    bounds[STOP, train] = rising_speed_mps(speed, room, losses, manner.rise_mps[train])
-    bounds[EMERGENCY, train] = np.inf
+    bounds[STOP] = rising_speed_mps(speed, room, losses, manner.rise_mps[train])
+    bounds[EMERGENCY] = np.inf
 
 
 @compiled

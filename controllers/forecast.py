@@ -149,9 +149,9 @@ def departures_s(
     tables, booked = forecast_tables_of(known[0]), Booked(*known[1])
     earliest_s = np.full(trains.front_m.size, -np.inf)
     ready_s = np.full(trains.front_m.size, -np.inf)
-    for row in range(earliest_s.size):
+    for row in trains.rows:
         call = called.next_call[row]
-        if not trains.present[row] or call >= booked.call_count[row]:
+        if call >= booked.call_count[row]:
             continue
         arrival_s = called.arrival_s[row]
         if trains.running[row]:

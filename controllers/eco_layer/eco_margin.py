@@ -269,7 +269,7 @@ def _lowered(
     """Return ceilings, why, and for what."""
     trains, plans = Whereabouts(*whereabouts), FollowedLegs(*plan_fields)
     ceiling_mps, reason, cause = asked[0].copy(), asked[1].copy(), asked[2].copy()
-    for train in range(ceiling_mps.size):
+    for train in trains.rows:
         along_m = trains.front_m[train] - plans.from_m[train]
         if along_m < 0.0 or not trains.running[train]:
             continue

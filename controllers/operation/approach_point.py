@@ -345,7 +345,7 @@ def _follow(
     now_s, step_s = clock
     ceiling_mps = np.full(trains.front_m.size, NO_CEILING_MPS)
     reason = np.full(trains.front_m.size, NO_REASON)
-    for train in range(ceiling_mps.size):
+    for train in trains.rows:
         front_m, speed = trains.front_m[train], trains.speed_mps[train]
         if now_s >= plans.run_from_s[train]:
             first, last = plans.pieces[0, train], plans.pieces[1, train]

@@ -249,7 +249,7 @@ def _follow(
     size = trains.front_m.size
     ceiling_mps, reason = np.full(size, NO_CEILING_MPS), np.full(size, NO_REASON)
     behind = np.zeros(size, dtype=np.bool_)
-    for train in range(size):
+    for train in trains.rows:
         front_m, speed_mps = trains.front_m[train], trains.speed_mps[train]
         along_m = front_m - plans.from_m[train]
         if along_m >= plans.lengths[train] - 1:

@@ -168,7 +168,7 @@ def _lowest(
     acceleration_mps2, brake_mps2, step_s = rates
     ceiling_mps = planned_mps.copy()
     reason, cause = np.full(front_m.size, PRE_DECELERATION), leader.copy()
-    for train in range(front_m.size):
+    for train in trains.rows:
         # Who stops at a platform before the obstacle need not mind it yet.
         if eoa_m[train] >= stop_m[train]:
             continue

@@ -261,9 +261,7 @@ def _authorise(
     size = trains.front_m.size
     eoa_m, ceiling_mps = np.full(size, far_m), np.zeros(size)
     eoa_by, ceiling_by = np.full(size, NOTHING), np.full(size, NOTHING)
-    for train in range(size):
-        if not trains.present[train]:
-            continue
+    for train in trains.rows:
         front_m, speed = trains.front_m[train], trains.speed_mps[train]
         ceiling_mps[train] = ceiling_ahead_mps(line_ceiling, train, front_m, speed)
         if danger_m[train] >= far_m:

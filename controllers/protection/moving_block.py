@@ -249,9 +249,7 @@ def _authorise(
     front_m, speed_mps, section_m = trains.front_m, trains.speed_mps, ahead_of.section_m
     eoa_m, eoa_by = ahead_of.clear_to_m.copy(), ahead_of.granted_by.copy()
     ceiling_mps = np.zeros_like(speed_mps)
-    for train in range(front_m.size):
-        if not trains.present[train]:
-            continue
+    for train in trains.rows:
         leader, leader_tail_m, leader_front_m = ahead_of.leader[train], np.inf, 0.0
         if ahead_of.follows[train]:
             leader_tail_m, leader_front_m = trains.tail_m[leader], front_m[leader]

@@ -260,9 +260,7 @@ def _authorise(
     size = trains.front_m.size
     eoa_m, ceiling_mps = np.full(size, signals.far_m), np.zeros(size)
     eoa_by, ceiling_by = np.full(size, NOTHING), np.full(size, NOTHING)
-    for train in range(size):
-        if not trains.present[train]:
-            continue
+    for train in trains.rows:
         front_m, speed_mps = trains.front_m[train], trains.speed_mps[train]
         code_mps = signals.code_mps[signals.type_index[train]]
         kept_m = danger_m[train] - signals.beyond_m

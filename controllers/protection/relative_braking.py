@@ -184,8 +184,8 @@ def _eoas_m(
     (granted_to_m, granted_by), (leader_of, follows) = granted, ahead
     present, front_m = trains.present, trains.front_m
     eoa_m, eoa_by = granted_to_m - leaders.margin_m, granted_by.copy()
-    for train in range(front_m.size):
-        if not (present[train] and follows[train]):
+    for train in trains.rows:
+        if not follows[train]:
             continue
         leader = leader_of[train]
         rear_m = trains.tail_m[leader]

@@ -63,7 +63,7 @@ def choose(
     sites, scales, certain = approaching
     rates = np.full(sites.size, np.inf)
     ready_s, earliest_s = departures_s(now_s, whereabouts, known[0], known[1])
-    for train in range(sites.size):
+    for train in trains.rows:
         if sites[train] == NO_SITE or not trains.running[train]:
             continue
         approach = approach_of(stack, sites[train])

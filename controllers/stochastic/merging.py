@@ -126,7 +126,7 @@ def stays(
     (from_m, eoa_m, left_m), tables = ends_m, forecast_tables_of(known[1][0])
     counts = Booked(*known[1][1]).call_count
     stay = np.zeros(from_m.size, dtype=np.bool_)
-    for train in range(from_m.size):
+    for train in trains.rows:
         front_m = trains.front_m[train]
         at_stop = trains.speed_mps[train] == 0.0 and abs(front_m - from_m[train]) < AT_STOP_M
         if left_m[train] == NOWHERE_M or not trains.running[train] or not at_stop:

@@ -303,7 +303,7 @@ def _ceilings(
     acceleration_mps2, brake_mps2, step_s, since_s = rates
     ceiling_mps = np.full(stop_m.size, NO_CEILING_MPS)
     reason, cause = np.full(stop_m.size, NO_REASON), leader.copy()
-    for train in range(stop_m.size):
+    for train in trains.rows:
         if not running[train]:
             continue
         if stay[train]:

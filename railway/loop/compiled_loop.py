@@ -30,6 +30,8 @@ class Watched(NamedTuple):
     """Lengths of the trains. [m], shape (n_trains,)"""
     present: BoolArray
     running: BoolArray
+    rows: IntArray
+    """Rows of the trains that are present. shape (n_present,)"""
 
 
 class Kept(NamedTuple):
@@ -79,9 +81,10 @@ def _is_trackers(
     for row in watched.ready:
         if speed_mps[row] > 0.0:
             return True
-    for row in range(tail_m.size):
-        if watched.present[row] and tail_m[row] >= watched.next_clear_m[row]:
+    for row in watched.rows:
+        if tail_m[row] >= watched.next_clear_m[row]:
             return True
+    for row in range(tail_m.size):
         if front_m[row] >= watched.front_watch_m[row] or tail_m[row] >= watched.tail_watch_m[row]:
             return True
     return False
@@ -133,7 +136,8 @@ def steps_of(
                 break
             clear_to_m = lasting.granted_to_m.copy()
             lower_to_tails(clear_to_m, tail_m, lasting.leader, lasting.follows)
-            trains = front_m, tail_m, speed_mps, watched.present, watched.running
+            masks = watched.present, watched.running, watched.rows
+            trains = (front_m, tail_m, speed_mps, *masks)
             instant = now_s, trains, clear_to_m, plains[2]
             authority, permitted_after = protect(instant, guarding, permitted)
             advice, planned_after, asks = advise(instant, authority, operating, planned)

@@ -86,6 +86,7 @@ class Tracker:
             self._world.length_m,
             self._present,
             self._running,
+            np.flatnonzero(self._present),
         )
 
     def update(self, seen: Observation) -> LineState:

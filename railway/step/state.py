@@ -127,6 +127,8 @@ class Whereabouts(NamedTuple):
     speed_mps: FloatArray
     present: BoolArray
     running: BoolArray
+    rows: IntArray
+    """Rows of the trains that are present: what steps loop over. shape (n_present,)"""
 
 
 class Orders(NamedTuple):
@@ -228,7 +230,8 @@ class LineState(NamedTuple):
     @property
     def whereabouts(self) -> Plain:
         """The fields of :class:`Whereabouts`."""
-        return self.front_m, self.tail_m, self.speed_mps, self.present, self.running
+        rows = np.flatnonzero(self.present)
+        return self.front_m, self.tail_m, self.speed_mps, self.present, self.running, rows
 
     @property
     def lasting(self) -> Plain:

@@ -186,7 +186,9 @@ class Detection:
         self, front_m: FloatArray, tail_m: FloatArray, present: BoolArray
     ) -> DetectedTrains:
         """Return trains to which everything is granted."""
-        return DetectedTrains(front_m, tail_m, present, self._granted_m, self._nothing, self.route)
+        granted = self._granted_m, self._nothing
+        rows = np.flatnonzero(present)
+        return DetectedTrains(front_m, tail_m, present, *granted, self.route, rows)
 
     def blind(self) -> Sight:
         """
@@ -303,7 +305,8 @@ def look(
     if now_s < until_s:
         return before
     (route, line, figures), trains = fields, Whereabouts(*whereabouts)
-    train_fields = trains.front_m, trains.tail_m, trains.present, granted[0], granted[1], route
+    ends = trains.front_m, trains.tail_m, trains.present
+    train_fields = (*ends, granted[0], granted[1], route, trains.rows)
     moving = trains.speed_mps, trains.running
     known = looked_s, touched_s, touched_by
     touched_s, touched_by, danger_m, danger_by, until_s = look_ahead(

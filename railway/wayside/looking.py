@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled, formula
+from kankaku.railway.compiled import Plain, compiled, formula
 from kankaku.railway.step.state import NOTHING
 from kankaku.railway.wayside.tiling import Tiling, place_of, place_of_front
 
@@ -26,6 +26,8 @@ class DetectedTrains(NamedTuple):
     """Which of them, as in :class:`~kankaku.railway.step.state.LineState`."""
     route: IntArray
     """Route of each train, as the tilings count them."""
+    rows: IntArray
+    """Rows of the trains that are present. shape (n_present,)"""
 
 
 class CircuitsShown(NamedTuple):
@@ -73,9 +75,7 @@ def touch(
     foremost
         Foremost train that touches each; written to. shape (n_circuits,)
     """
-    for train in range(trains.front_m.size):
-        if not trains.present[train]:
-            continue
+    for train in trains.rows:
         route = trains.route[train]
         place = place_of_front(circuits, route, trains.front_m[train])
         while place >= circuits.first[route] and circuits.end_m[place] > trains.tail_m[train]:
@@ -106,9 +106,7 @@ def dangers_m(trains: DetectedTrains, circuits: Tiling, shown: CircuitsShown) ->
         Start of the first circuit that is not; infinite where all are. [m], shape (n_trains,)
     """
     danger_m = np.full(trains.front_m.size, np.inf)
-    for train in range(trains.front_m.size):
-        if not trains.present[train]:
-            continue
+    for train in trains.rows:
         route = trains.route[train]
         place = place_of_front(circuits, route, trains.front_m[train])
         last = circuits.first[route + 1]
@@ -145,19 +143,19 @@ def lower_to_locked_points(
     for turnout in range(points.way.shape[0]):
         start_m, end_m = points.fouling_m[turnout]
         locked = -1
-        for train in range(trains.front_m.size):
+        for train in trains.rows:
             way = points.way[turnout, train]
             within = trains.front_m[train] > start_m and trains.tail_m[train] < end_m
-            if trains.present[train] and way >= 0 and within:
+            if way >= 0 and within:
                 # DetectedTrains on two ways at once should not be; then nobody else may come.
                 free = locked == -1 or locked == way  # noqa: PLR1714 - a set is made anew each time
                 locked = way if free else -2
         if locked == -1:
             continue
-        for train in range(trains.front_m.size):
+        for train in trains.rows:
             way = points.way[turnout, train]
             comes = way >= 0 and way != locked and trains.front_m[train] <= start_m
-            if trains.present[train] and comes:
+            if comes:
                 place = place_of(circuits, trains.route[train], start_m)
                 danger_m[train] = min(danger_m[train], circuits.start_m[place])
 
@@ -167,9 +165,7 @@ def _touched_by(trains: DetectedTrains, circuits: Tiling, before: IntArray) -> I
     """Return the rearmost train that touches each circuit; the last one where none does now."""
     touched_by = before.copy()
     rearmost_m = np.full(before.size, np.inf)
-    for train in range(trains.front_m.size):
-        if not trains.present[train]:
-            continue
+    for train in trains.rows:
         route = trains.route[train]
         place = place_of_front(circuits, route, trains.front_m[train])
         while place >= circuits.first[route] and circuits.end_m[place] > trains.tail_m[train]:
@@ -191,7 +187,7 @@ def _danger_by(
 ) -> IntArray:
     """Return what is in the circuit before which the way of each train ends; a train first."""
     danger_by = np.full(danger_m.size, NOTHING)
-    for train in range(danger_m.size):
+    for train in trains.rows:
         if danger_m[train] == np.inf:
             continue
         place = place_of(circuits, trains.route[train], danger_m[train])
@@ -230,7 +226,7 @@ def _to_go_m(front_m: float, tail_m: float, place: int, circuits: Tiling, points
 @compiled
 def look_ahead(
     time_s: float,
-    train_fields: tuple[FloatArray, FloatArray, BoolArray, FloatArray, IntArray, IntArray],
+    train_fields: Plain,
     moving: tuple[FloatArray, BoolArray],
     line_fields: tuple[
         tuple[IntArray, IntArray, FloatArray, FloatArray], tuple[FloatArray, IntArray]
@@ -279,8 +275,8 @@ def look_ahead(
     for circuit in range(touched_s.size):
         if shown.occupied[circuit] and touched_s[circuit] < time_s:
             until_s = min(until_s, touched_s[circuit] + release_s)
-    for train in range(trains.front_m.size):
-        if trains.present[train] and moving[1][train]:
+    for train in trains.rows:
+        if moving[1][train]:
             front_m, tail_m = trains.front_m[train], trains.tail_m[train]
             place = place_of(circuits, trains.route[train], tail_m)
             to_go_m = _to_go_m(front_m, tail_m, place, circuits, points)
