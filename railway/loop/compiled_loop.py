@@ -90,6 +90,31 @@ def _is_trackers(
     return False
 
 
+@formula
+def _keep(
+    kept: Kept,
+    at: int,
+    front_m: FloatArray,
+    speed_mps: FloatArray,
+    ends: tuple[FloatArray, FloatArray],
+) -> None:
+    """Record the start of a step."""
+    for row in range(front_m.size):
+        kept.front_m[at, row], kept.speed_mps[at, row] = front_m[row], speed_mps[row]
+        kept.eoa_m[at, row], kept.delay_s[at, row] = ends[0][row], ends[1][row]
+
+
+@formula
+def _sample(
+    sampling: Sampling, at: int, found: IntArray, reason: IntArray, bound: IntArray
+) -> None:
+    """Keep why trains are as fast as they are."""
+    for row in range(reason.size):
+        sampling.asked[at, 0, row], sampling.asked[at, 1, row] = reason[row], bound[row]
+        for part in range(3):
+            sampling.found[at, part, row] = found[part, row]
+
+
 @cache
 def steps_of(
     protect: Callable[..., Any], advise: Callable[..., Any], command: Callable[..., Any]
@@ -125,7 +150,7 @@ def steps_of(
         front_m, speed_mps = start[0].copy(), start[1].copy()
         until_s = min(span.until_s, watched.until_s)
         most = span.time_s.size
-        told_mps = np.empty((most, front_m.size))
+        told_mps = np.zeros((most, front_m.size))
         taken, samples, until_sample = 0, 0, sampling.until_sample
         for step in range(most):
             now_s = span.time_s[step]
@@ -147,23 +172,16 @@ def steps_of(
             next_mps, bound = command(instant, authority, advice, driving)
             at = kept.at + step
             kept.time_s[at] = now_s
-            kept.front_m[at] = front_m
-            kept.speed_mps[at] = speed_mps
-            kept.eoa_m[at] = authority[0]
-            kept.delay_s[at] = authority[2]
+            ends = authority[0], authority[2]
+            _keep(kept, at, front_m, speed_mps, ends)
             if until_sample == 0:
-                sampling.found[samples] = explain(
-                    watched.running,
-                    bound,
-                    (authority[3], authority[4]),
-                    (advice[1], advice[2]),
-                    REASON_OF_BOUND,
-                )
-                sampling.asked[samples, 0], sampling.asked[samples, 1] = advice[1], bound
+                causes = (authority[3], authority[4]), (advice[1], advice[2])
+                found = explain(watched.running, bound, *causes, REASON_OF_BOUND)
+                _sample(sampling, samples, found, advice[1], bound)
                 samples, until_sample = samples + 1, sampling.every
             until_sample -= 1
-            told_mps[step] = next_mps
             for row in span.rows:
+                told_mps[step, row] = next_mps[row]
                 front_m[row] += 0.5 * (speed_mps[row] + next_mps[row]) * span.step_s
                 speed_mps[row] = next_mps[row]
             taken += 1

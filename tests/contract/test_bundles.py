@@ -1,7 +1,6 @@
 """Steps in bundles: the same bytes as step by step, and only where an offer says what is done."""
 
 from dataclasses import fields, is_dataclass, replace
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -32,6 +31,15 @@ from tests.property.runs import Observed
 QUICK = settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 STEP_BY_STEP = {"control_map"}
 """What is asked in every step still."""
+PAIRS = [
+    *((protection, "close_up") for protection in PROTECTIONS if protection not in STEP_BY_STEP),
+    *(
+        ("moving_block", operation)
+        for operation in OPERATIONS
+        if operation not in STEP_BY_STEP | {"close_up", "clairvoyant"}
+    ),
+]
+"""Each layer once: whatever stands above or below it is compiled with it, but not another one."""
 LINES = {
     "merge": merge_scenario(4, 70.0, block_m=200.0, step_s=0.5),
     "loop": loop_station_scenario(4, 70.0, one_starts_inside=True, block_m=250.0),
@@ -94,20 +102,11 @@ def taken(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return steps
 
 
-@pytest.mark.parametrize(
-    ("protection", "operation"),
-    [
-        pair
-        for pair in product(PROTECTIONS, OPERATIONS)
-        if pair[0] == "moving_block" or pair[1] in {"close_up", "two_stage"}
-    ],
-)
+@pytest.mark.parametrize(("protection", "operation"), [*PAIRS, ("control_map", "control_map")])
 def test_tables_are_the_same_step_by_step(
     protection: str, operation: str, taken: list[int]
 ) -> None:
     scenario = LINES["merge"]
-    if STEP_BY_STEP & {protection, operation} and protection != operation:
-        pytest.skip("belongs to the control map alone")
     spec = ControllerSpec("test", protection, operation, {}, {})
     record = assert_same_both_ways(scenario, spec, delays_s(scenario))
     assert record.completed.all()
@@ -145,21 +144,19 @@ def test_tables_are_the_same_with_points_and_a_sudden_obstacle(taken: list[int])
 @QUICK
 @given(
     any_style(),
-    st.sampled_from(["moving_block", "atd", "multi_step_atc", "digital_atc", "relative_braking"]),
-    st.sampled_from(["close_up", "two_stage", "approach_point", "eco", "stochastic_approach"]),
+    st.sampled_from(PAIRS),
     st.tuples(st.floats(45.0, 100.0), st.sampled_from([0.1, 0.2, 0.3, 0.5])),
     st.lists(st.floats(0.0, 100.0), min_size=6, max_size=6),
 )
 def test_any_traffic_is_the_same_step_by_step(
     style: Any,  # noqa: ANN401 - a driving style
-    protection: str,
-    operation: str,
+    pair: tuple[str, str],
     times_s: tuple[float, float],
     drawn_s: list[float],
 ) -> None:
     scenario = merge_scenario(3, times_s[0], block_m=200.0, step_s=times_s[1])
     scenario = replace(scenario, driving=style)
-    spec = ControllerSpec("test", protection, operation, {}, {})
+    spec = ControllerSpec("test", *pair, {}, {})
     assert_same_both_ways(scenario, spec, np.array(drawn_s).reshape(3, 2))
 
 

@@ -55,16 +55,7 @@ def keep(
     )
     first = np.zeros(1, dtype=np.intp)
     eoa_m, commanded_mps, goes_by_s = keep_bands(
-        plain(
-            Whereabouts(
-                front_m,
-                front_m - 200.0,
-                np.array([speed_mps]),
-                one,
-                one,
-                np.zeros(1, dtype=np.intp),
-            )
-        ),
+        plain(Whereabouts(front_m, front_m - 200.0, np.array([speed_mps]), one, one, first)),
         plain(held),
         plain(sent),
         plain(Tempo(STEP_S, MOMENT_S)),
