@@ -382,7 +382,9 @@ def test_sumo_and_the_toy_agree_on_trains_that_end_on_the_way(
         assert (ours.time_s, *ours[3:]) == (theirs.time_s, *theirs[3:])
 
 
-def test_sumo_reports_a_collision_once(open_sumo: Opener) -> None:
+@pytest.mark.parametrize("opener", ["open_sumo", "open_witness"])
+def test_sumo_reports_a_collision_once(request: pytest.FixtureRequest, opener: str) -> None:
+    open_sumo: Opener = request.getfixturevalue(opener)
     delays = DwellDelays(overstays=(Overstay("T1", "east", 300.0),))
     scenario = two_station_scenario(2, headway_s=90.0, delays=delays)
     seen = driven(open_sumo, scenario, READY_S + 250.0)
