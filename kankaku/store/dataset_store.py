@@ -16,6 +16,7 @@ from urllib.parse import quote, unquote
 from kankaku.analysis.tables.parquet_bytes import note_of
 from kankaku.analysis.tables.summary import SUMMARY
 from kankaku.railway.step.records import CALLS, INTERSTATION_STOPS, TRAJECTORY, Column
+from kankaku.store.disk import to_disk
 from kankaku.store.run_store import Kept, Origin, Task
 
 FILE = "run.parquet"
@@ -229,17 +230,7 @@ def put(root: Path, task: EnsembleTask, made: RunFiles, work: Path) -> None:
         place.parent.mkdir(parents=True, exist_ok=True)
         partial.replace(place)
         for folder in (place.parent, *(above.parent for above in fresh)):
-            _to_disk(folder)
-
-
-def _to_disk(folder: Path) -> None:
-    number = os.open(folder, os.O_RDONLY)
-    try:
-        # Some disks cannot, and need not be asked twice.
-        with suppress(OSError):
-            os.fsync(number)
-    finally:
-        os.close(number)
+            to_disk(folder)
 
 
 def remove(root: Path, task: EnsembleTask) -> None:

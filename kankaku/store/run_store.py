@@ -5,7 +5,6 @@ A run counts as finished if its folder holds ``run.json`` and all the tables it 
 """
 
 import json
-import os
 import shutil
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,6 +23,7 @@ from kankaku.controllers import registry
 from kankaku.railway.plan.scenario import UNSUPERVISED, ControllerSpec, Scenario
 from kankaku.railway.step.engine_ways import EVERY_STEP
 from kankaku.railway.step.records import RAW_TABLES, UNFINISHED, VIOLATIONS
+from kankaku.store.disk import to_disk
 from kankaku.store.fingerprint import content_sha256, foreign_sha256, sources_sha256
 
 VERSIONED = ("kankaku", "eclipse-sumo", "libsumo", "numpy")
@@ -201,17 +201,7 @@ def write_finished(
     record["name"] = task.controller
     write_whole(place / RUN_RECORD, json_text(record))
     for name in (*TABLE_FILES, RUN_RECORD, "."):
-        _to_disk(place / name)
-
-
-def _to_disk(path: Path) -> None:
-    number = os.open(path, os.O_RDONLY)
-    try:
-        # Some disks cannot, and need not be asked twice.
-        with suppress(OSError):
-            os.fsync(number)
-    finally:
-        os.close(number)
+        to_disk(place / name)
 
 
 def kept_runs(folder: Path) -> list[Kept]:
@@ -303,7 +293,7 @@ def accept(written: Path, place: Path) -> None:
             (written / name).replace(place / name)
     else:
         written.replace(place)
-    _to_disk(place.parent)
+    to_disk(place.parent)
 
 
 def remove_run(place: Path) -> None:
@@ -347,7 +337,7 @@ def make_room(kept: Kept, folder: Path, work: Path) -> Kept:
         copy.mkdir()
         for name in (*TABLE_FILES, RUN_RECORD):
             shutil.copy2(kept.place / name, copy / name)
-            _to_disk(copy / name)
+            to_disk(copy / name)
         accept(copy, place)
     remove_run(place.parent)
     return replace(kept, place=place)

@@ -34,7 +34,7 @@ class Watched(NamedTuple):
     """Rows of the trains that are present. shape (n_present,)"""
 
 
-class Kept(NamedTuple):
+class BlockRows(NamedTuple):
     """Where a bundle writes what is recorded; rows are steps."""
 
     at: int
@@ -91,8 +91,32 @@ def _is_trackers(
 
 
 @formula
+def _is_event(
+    span: Span, watched: Watched, front_m: FloatArray, tail_m: FloatArray, speed_mps: FloatArray
+) -> bool:
+    """Return whether the engine or the tracker has something to do."""
+    engines = _is_engines(span, front_m, speed_mps)
+    return engines or _is_trackers(watched, front_m, tail_m, speed_mps)
+
+
+@formula
+def _move(
+    span: Span,
+    front_m: FloatArray,
+    speed_mps: FloatArray,
+    next_mps: FloatArray,
+    told_mps: FloatArray,
+) -> None:
+    """Move the running trains by a step of constant acceleration, and note what was commanded."""
+    for row in span.rows:
+        told_mps[row] = next_mps[row]
+        front_m[row] += 0.5 * (speed_mps[row] + next_mps[row]) * span.step_s
+        speed_mps[row] = next_mps[row]
+
+
+@formula
 def _keep(
-    kept: Kept,
+    kept: BlockRows,
     at: int,
     front_m: FloatArray,
     speed_mps: FloatArray,
@@ -145,7 +169,7 @@ def steps_of(
         sampling_fields: Plain,
     ) -> tuple[int, FloatArray, FloatArray, FloatArray, Plain, Plain, int, int]:
         span, watched, lasting = Span(*plains[0]), Watched(*plains[1]), Lasting(*plains[2])
-        kept, sampling = Kept(*kept_fields), Sampling(*sampling_fields)
+        kept, sampling = BlockRows(*kept_fields), Sampling(*sampling_fields)
         (guarding, permitted), (operating, planned), driving = layers
         front_m, speed_mps = start[0].copy(), start[1].copy()
         until_s = min(span.until_s, watched.until_s)
@@ -153,11 +177,8 @@ def steps_of(
         told_mps = np.zeros((most, front_m.size))
         taken, samples, until_sample = 0, 0, sampling.until_sample
         for step in range(most):
-            now_s = span.time_s[step]
-            if now_s >= until_s or _is_engines(span, front_m, speed_mps):
-                break
-            tail_m = front_m - watched.length_m
-            if _is_trackers(watched, front_m, tail_m, speed_mps):
+            now_s, tail_m = span.time_s[step], front_m - watched.length_m
+            if now_s >= until_s or _is_event(span, watched, front_m, tail_m, speed_mps):
                 break
             clear_to_m = lasting.granted_to_m.copy()
             lower_to_tails(clear_to_m, tail_m, lasting.leader, lasting.follows)
@@ -170,20 +191,15 @@ def steps_of(
                 break
             permitted, planned = permitted_after, planned_after
             next_mps, bound = command(instant, authority, advice, driving)
-            at = kept.at + step
-            kept.time_s[at] = now_s
-            ends = authority[0], authority[2]
-            _keep(kept, at, front_m, speed_mps, ends)
+            kept.time_s[kept.at + step] = now_s
+            _keep(kept, kept.at + step, front_m, speed_mps, (authority[0], authority[2]))
             if until_sample == 0:
                 causes = (authority[3], authority[4]), (advice[1], advice[2])
                 found = explain(watched.running, bound, *causes, REASON_OF_BOUND)
                 _sample(sampling, samples, found, advice[1], bound)
                 samples, until_sample = samples + 1, sampling.every
             until_sample -= 1
-            for row in span.rows:
-                told_mps[step, row] = next_mps[row]
-                front_m[row] += 0.5 * (speed_mps[row] + next_mps[row]) * span.step_s
-                speed_mps[row] = next_mps[row]
+            _move(span, front_m, speed_mps, next_mps, told_mps[step])
             taken += 1
         told_mps = told_mps[:taken]
         return taken, front_m, speed_mps, told_mps, permitted, planned, samples, until_sample

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.loop.compiled_loop import Kept, Sampling
+from kankaku.railway.loop.compiled_loop import BlockRows, Sampling
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Command, Controller
 from kankaku.railway.step.reasons import Reasons
@@ -97,13 +97,13 @@ class Recorder:
         if self._written > BLOCK_STEPS:
             self.flush()
 
-    def space(self) -> tuple[int, Kept, Sampling]:
+    def space(self) -> tuple[int, BlockRows, Sampling]:
         """
         Return how many steps may be written in one go, and where.
 
         Returns
         -------
-        tuple[int, Kept, Sampling]
+        tuple[int, BlockRows, Sampling]
             At least one step, and where they and samples of them go.
         """
         at, every = self._written, self._sample_every
@@ -112,7 +112,7 @@ class Recorder:
         arrays = self._time_s, self._front_m, self._speed_mps, self._eoa_m, self._delay_s
         found = np.empty((most, 3, size), dtype=np.intp)
         asked = np.empty((most, 2, size), dtype=np.intp)
-        return steps, Kept(at, *arrays), Sampling(self._until_sample, every, found, asked)
+        return steps, BlockRows(at, *arrays), Sampling(self._until_sample, every, found, asked)
 
     def wrote(self, steps: int, sampling: Sampling, samples: int, until_sample: int) -> None:
         """
