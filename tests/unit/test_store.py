@@ -18,7 +18,7 @@ from kankaku.railway.step.state import Authority, LineState
 from kankaku.store import run_store
 from kankaku.store.fingerprint import content_sha256
 from kankaku.store.holding import held
-from kankaku.studies import study
+from kankaku.studies import movers
 from kankaku.sumo_net.engine import SumoEngine
 from tests.cli.command import (
     BAD_INPUT,
@@ -247,7 +247,7 @@ def test_trains_that_meet_are_told_of_even_if_the_engine_then_fails(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(registry.PROTECTIONS, "blind", BLIND)
-    monkeypatch.setattr(study, "SumoEngine", Failing)
+    monkeypatch.setattr(movers, "SumoEngine", Failing)
     replace(
         folder, "scenario.toml", '"moving_block"\noperation = "two', '"blind"\noperation = "two'
     )
