@@ -18,7 +18,7 @@ from kankaku.railway.step.state import Authority, LineState
 from kankaku.store import run_store
 from kankaku.store.fingerprint import content_sha256
 from kankaku.store.holding import held
-from kankaku.studies import movers
+from kankaku.studies import movers, study
 from kankaku.sumo_net.engine import SumoEngine
 from tests.cli.command import (
     BAD_INPUT,
