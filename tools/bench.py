@@ -136,11 +136,11 @@ def spread(values: Sequence[float], digits: int = 2) -> dict[str, float]:
     return {name: round(value, digits) for name, value in told.items()}
 
 
-def ratios(rounds: int) -> dict[str, Any]:
+def ratios(rounds: int, names: Sequence[str]) -> dict[str, Any]:
     """Return computing times beside bare SUMO's, all in turn in every round."""
     scenario = replace(load(FOLDER), step_s=STEP_S)
     by_name = {spec.name: spec for spec in scenario.controllers}
-    pairs = [(engine, name) for engine in ENGINES for name in CONTROLLERS]
+    pairs = [(engine, name) for engine in ENGINES for name in names]
     for engine, name in pairs:
         ours_cpu_s(scenario, by_name[name], engine)
     bare: list[float] = []
@@ -155,18 +155,17 @@ def ratios(rounds: int) -> dict[str, Any]:
     return {
         "bare_sumo_cpu_s": spread(bare),
         "run_cpu_s": {
-            engine: {name: spread(ours[engine, name]) for name in CONTROLLERS} for engine in ENGINES
+            engine: {name: spread(ours[engine, name]) for name in names} for engine in ENGINES
         },
         "ratio_to_sumo": {
             engine: {
-                name: round(statistics.median(ours[engine, name]) / usual, 2)
-                for name in CONTROLLERS
+                name: round(statistics.median(ours[engine, name]) / usual, 2) for name in names
             }
             for engine in ENGINES
         },
         "train_steps_per_s": {
             engine: round(
-                statistics.median(steps / cpu_s for cpu_s, steps in spent[engine, "close_up"])
+                statistics.median(steps / cpu_s for cpu_s, steps in spent[engine, names[0]])
             )
             for engine in ENGINES
         },
@@ -174,8 +173,9 @@ def ratios(rounds: int) -> dict[str, Any]:
     }
 
 
-def growth(rounds: int) -> dict[str, Any]:
+def growth(rounds: int, names: Sequence[str]) -> dict[str, Any]:
     """Return what a train-step costs by the number of trains, one after another and together."""
+    del names
     found: dict[str, Any] = {}
     for line, length_m in LINES_M.items():
         by_size: dict[str, dict[str, float]] = {engine: {} for engine in ENGINES}
@@ -196,7 +196,7 @@ def growth(rounds: int) -> dict[str, Any]:
     }
 
 
-def thousand(_: int) -> dict[str, Any]:
+def thousand(_: int, __: Sequence[str]) -> dict[str, Any]:
     """Return how long a thousand rush hours compute, from some of them."""
     scenario = replace(load(FOLDER), step_s=STEP_S)
     spec = next(spec for spec in scenario.controllers if spec.name == "close_up")
@@ -209,7 +209,7 @@ def thousand(_: int) -> dict[str, Any]:
     return {"core_hours_per_1000_rush_hours": hours[WITNESS], "core_hours_by_engine": hours}
 
 
-def jobs(_: int) -> dict[str, Any]:
+def jobs(_: int, __: Sequence[str]) -> dict[str, Any]:
     """Return by how much two processes are faster than one, by the clock."""
     taken_s = {}
     for processes in (1, 2):
@@ -223,8 +223,9 @@ def jobs(_: int) -> dict[str, Any]:
     return {"two_jobs_over_one": round(taken_s[1] / taken_s[2], 2)}
 
 
-def start(rounds: int) -> dict[str, Any]:
+def start(rounds: int, names: Sequence[str]) -> dict[str, Any]:
     """Return how long processes compute that do little: their start."""
+    del names
     commands = {
         "import": [sys.executable, "-c", "import kankaku"],
         "help": [sys.executable, "-m", "kankaku", "--help"],
@@ -241,8 +242,9 @@ def start(rounds: int) -> dict[str, Any]:
     return {"start_cpu_s": found}
 
 
-def radio_hour(rounds: int) -> dict[str, Any]:
+def radio_hour(rounds: int, names: Sequence[str]) -> dict[str, Any]:
     """Return the time that one hour of radio traffic takes, by the clock."""
+    del names
     scenario = load(FOLDER)
     world = study.world_of(scenario, STEP_S)
     journey = booked_journey(world, world.profile, 0)
@@ -261,7 +263,7 @@ def radio_hour(rounds: int) -> dict[str, Any]:
     return {"radio_hour_s": round(statistics.median(times_s), 2)}
 
 
-MEASURES: Mapping[str, Callable[[int], dict[str, Any]]] = dict(
+MEASURES: Mapping[str, Callable[[int, Sequence[str]], dict[str, Any]]] = dict(
     zip(PARTS, (ratios, growth, thousand, jobs, start, radio_hour), strict=True)
 )
 
@@ -297,13 +299,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description="Speed beside bare SUMO.")
     parser.add_argument("--only", default=",".join(PARTS), help="parts, with commas")
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--controllers", default=",".join(CONTROLLERS), help="with commas")
     asked = parser.parse_args(arguments)
     parts = asked.only.split(",")
     if unknown := [part for part in parts if part not in MEASURES]:
         parser.error(f"--only: {', '.join(unknown)}; allowed: {', '.join(PARTS)}")
     found: dict[str, Any] = {"processors": os.cpu_count()}
     for part in parts:
-        found |= MEASURES[part](asked.rounds)
+        found |= MEASURES[part](asked.rounds, asked.controllers.split(","))
     found["peak_rss_mb"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
     sys.stdout.write(json.dumps(write(found, parts), indent=2) + "\n")
 

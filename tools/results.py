@@ -28,7 +28,7 @@ from kankaku.analysis.texts.comparison_texts import comparison_texts
 from kankaku.analysis.words import label_of
 from tools.bench import TRAINS
 from tools.paper_tables import markdown, sato_table, sugiyama_table, takaoka_table
-from tools.speed_tables import bench_table, growth_table, steps_table
+from tools.speed_tables import bench_table, steps_table
 
 PROJECT = Path(__file__).parents[1]
 OUT = PROJECT / "out"
@@ -379,7 +379,6 @@ def main() -> None:
     _replace(results, "faults", faults_table)
     _replace(results, "sakai", sakai_table)
     _replace(results, "bench", bench_table)
-    _replace(results, "growth", growth_table)
     _replace(model, "steps", steps_table)
     for name in ("assumptions", "effects", "conclusion"):
         _replace(PROJECT / "docs" / "sensitivity.md", f"doubted-{name}", partial(doubted, name))

@@ -6,7 +6,6 @@ from pathlib import Path
 import pandas as pd
 
 from kankaku.railway.step.engine_ways import ENGINES
-from tools.bench import CONTROLLERS, SIZES
 from tools.paper_tables import markdown
 
 OUT = Path(__file__).parents[1] / "out"
@@ -29,24 +28,6 @@ def bench_table() -> str:
     ratios = figures["ratio_to_sumo"]
     rows = [
         [f"`{name}`", *(f"{ratios[engine][name]:.2f}" for engine in ENGINES)]
-        for name in CONTROLLERS
+        for name in ratios[ENGINES[0]]
     ]
     return markdown(["controller", *(f"`{engine}`" for engine in ENGINES)], rows)
-
-
-def growth_table() -> str:
-    """Return what a train-step costs by the number of trains."""
-    figures = json.loads((OUT / "bench.json").read_text(encoding="utf-8"))
-    ways = {
-        "one after another": figures["us_per_train_step"],
-        "together": figures["us_per_train_step_together"],
-    }
-    rows = [
-        [
-            str(trains),
-            *(f"{cost[engine][str(trains)]:.2f}" for cost in ways.values() for engine in ENGINES),
-        ]
-        for trains in SIZES
-    ]
-    header = [f"{way}, `{engine}`" for way in ways for engine in ENGINES]
-    return markdown(["trains", *header], rows)
