@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.compiled import Plain, compiled, formula, plain
+from kankaku.railway.compiled import Plain, compiled, formula, naming, plain
 from kankaku.railway.motion.kinematics import next_speed_mps, rising_speed_mps
 from kankaku.railway.motion.traction_table import TractionTable, pulled_mps, traction_table
 from kankaku.railway.plan.brake_table import (
@@ -37,7 +37,7 @@ class CeilingFigures(NamedTuple):
     """How far beyond a step at constant speed a front may be after it. [m], (n_trains,)"""
 
 
-@compiled
+@naming
 def figures_of(fields: Plain) -> CeilingFigures:
     """
     Return the line ceiling with its names.
@@ -223,9 +223,10 @@ def _braked_mps(
     v2 = limits.lowest_v2_m2ps2[after] - here
     braked = float(next_speed_mps(speed_mps, v2, loss, 0.0))
     if rise_mps < np.inf:
-        rising = rising_speed_mps(speed_mps, v2, (loss, 0.0), rise_mps)
+        pulled = pulled_mps(line.traction, train, front_m, speed_mps)
+        rising = rising_speed_mps(speed_mps, v2, (loss, 0.0), rise_mps, pulled)
         # Who is no faster than the limit, or cannot get faster than this, need not brake for it.
-        if rising < pulled_mps(line.traction, train, front_m, speed_mps):
+        if rising < pulled:
             braked = min(braked, max(float(rising), float(limits.lowest_mps[after])))
     return min(float(lowest_mps), braked)
 

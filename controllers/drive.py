@@ -16,7 +16,7 @@ from kankaku.controllers.manner import (
     rising_least_mps,
 )
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, formula, plain
+from kankaku.railway.compiled import Plain, formula, naming, plain
 from kankaku.railway.motion.kinematics import rising_speed_mps
 from kankaku.railway.motion.traction_table import coasted_mps, pulled_mps
 from kankaku.railway.plan.brake_table import (
@@ -138,15 +138,10 @@ class TractionDrive:
             advice.ceiling_mps,
             authority.permission.emergency,
         )
-        bounds = np.zeros((N_BOUNDS, self._world.size))
-        next_mps, bound = _command(
-            state.time_s,
-            state.whereabouts,
-            asked,
-            self._stops,
-            (self._abilities, self._manner, self._drivers),
-            bounds,
-        )
+        told = self._untold(self._world.size)
+        wanted = state.time_s, state.whereabouts, asked, self._stops
+        _command(wanted, (self._abilities, self._manner, self._drivers), told)
+        next_mps, bound, bounds = told
         return Command(next_mps, bounds, bound)
 
     def steps(self, state: LineState) -> LayerSteps:
@@ -154,7 +149,12 @@ class TractionDrive:
         self._take_up_calls(state)
         trains = self._abilities, self._manner, self._drivers
         fields = self._stops, trains, self._nobody
-        return LayerSteps(_drive, fields, (), np.inf)
+        return LayerSteps(_drive, fields, (), self._untold(1), np.inf)
+
+    def _untold(self, columns: int) -> tuple[FloatArray, IntArray, FloatArray]:
+        """Return speeds and what counts for each, before any was told, and columns for bounds."""
+        size = self._world.size
+        return np.zeros(size), np.zeros(size, dtype=np.intp), np.zeros((N_BOUNDS, columns))
 
     def _take_up_calls(self, state: LineState) -> None:
         if state.calls_version != self._calls_version:
@@ -166,24 +166,22 @@ class TractionDrive:
             self._stops = plain(Stops(from_m, booked_s, state.stop_m, v2_m2ps2))
 
 
-@compiled
+@formula
 def _command(
-    now_s: float,
-    whereabouts: Plain,
-    asked_fields: Plain,
-    stop_fields: Plain,
+    wanted: tuple[float, Plain, Plain, Plain],
     trains_fields: tuple[Plain, Plain, Plain],
-    bounds: FloatArray,
-) -> tuple[FloatArray, IntArray]:
-    """Return speeds and what counts for each; bounds are written, or one column again and again."""
+    told: tuple[FloatArray, IntArray, FloatArray],
+) -> None:
+    """Write speeds, what counts for each, and bounds: one column again and again, or of each."""
+    now_s, whereabouts, asked_fields, stop_fields = wanted
+    next_mps, bound, bounds = told
     trains, asked, stops = Whereabouts(*whereabouts), Asked(*asked_fields), Stops(*stop_fields)
     able, manner = _abilities(trains_fields[0]), manner_from(trains_fields[1])
     drivers, known = Drivers(*trains_fields[2]), (able, manner)
-    size = trains.speed_mps.size
-    next_mps, bound = np.zeros(size), np.zeros(size, dtype=np.intp)
     for train in trains.rows:
         if not trains.running[train]:
             drivers.before_mps[train], drivers.coasts_from_mps[train] = 0.0, 0.0
+            next_mps[train], bound[train] = 0.0, 0
             continue
         speed, front_m = trains.speed_mps[train], trains.front_m[train]
         loss = braking_loss_mps(able.braking, train, front_m, speed, able.step_s)
@@ -212,17 +210,14 @@ def _command(
         may = departs and next_mps[train] > 0.0
         if not has_reacted(now_s, train, may, manner, drivers):
             next_mps[train], bound[train] = 0.0, STOP
-    return next_mps, bound
 
 
-@compiled
-def _drive(
-    instant: Plain, authority: Plain, advice: Plain, fields: Plain
-) -> tuple[FloatArray, IntArray]:
+@formula
+def _drive(instant: Plain, authority: Plain, advice: Plain, fields: Plain, told: Plain) -> None:
     now_s, whereabouts, _, _ = instant
     (eoa_m, ceiling_mps, delay_s, eoa_by, _), (stops, trains, nobody) = authority, fields
     asked = eoa_m, delay_s, eoa_by, ceiling_mps, advice[0], nobody
-    return _command(now_s, whereabouts, asked, stops, trains, np.zeros((N_BOUNDS, 1)))
+    _command((now_s, whereabouts, asked, stops), trains, told)
 
 
 @formula
@@ -301,11 +296,11 @@ def _bound(  # noqa: PLR0917 - compiled functions take plain arrays
     gentler = manner.gentler_mps2[train]
     room = stops.v2_m2ps2[train] - here - 2.0 * gentler * (stops.stop_m[train] - front_m)
     losses = loss - gentler * able.step_s, 0.0
-    bounds[STOP] = rising_speed_mps(speed, room, losses, manner.rise_mps[train])
+    bounds[STOP] = rising_speed_mps(speed, room, losses, manner.rise_mps[train], motion[3])
     bounds[EMERGENCY] = np.inf
 
 
-@compiled
+@naming
 def _abilities(fields: Plain) -> Abilities:
     braking, emergency_extra_mps, near_m, far_m, step_s = fields
     return Abilities(BrakeTable(*braking), emergency_extra_mps, near_m, far_m, step_s)
@@ -316,14 +311,14 @@ def _to_end_mps(
     asked: Asked, known: tuple[Abilities, Manner], train: int, motion: Motion, here: float
 ) -> float:
     """Return the speed after a step on the brake curve to the end of authority."""
-    (able, manner), (front_m, speed, loss, _) = known, motion
-    lag = 0.0
+    (able, manner), (front_m, speed, loss, pulled) = known, motion
+    lag, rise = 0.0, manner.rise_mps[train]
     if asked.delay_s[train] > 0.0:
         lag = braking_loss_mps(able.braking, train, front_m, speed, asked.delay_s[train])
     end_m = min(max(asked.eoa_m[train], able.near_m), able.far_m)
     ahead = braking_v2_at(able.braking, train, end_m)
     room, over = (ahead - here) / manner.safety_factor[train], manner.overspeed_mps[train]
-    kept = rising_speed_mps(speed + over, room, (loss, lag), manner.rise_mps[train])
+    kept = rising_speed_mps(speed + over, room, (loss, lag), rise, pulled + over)
     return float(max(kept - over, 0.0))
 
 

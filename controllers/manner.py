@@ -17,7 +17,7 @@ from kankaku.controllers.ceiling import (
     figures_of,
 )
 from kankaku.railway.arrays import BoolArray, FloatArray
-from kankaku.railway.compiled import Plain, compiled, formula
+from kankaku.railway.compiled import Plain, formula, naming
 from kankaku.railway.plan.limit_table import LimitTable
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Bound
@@ -110,7 +110,7 @@ def manner_of(world: World) -> Manner:
     )
 
 
-@compiled
+@naming
 def manner_from(fields: Plain) -> Manner:
     """
     Return the manner with its names.

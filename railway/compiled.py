@@ -50,7 +50,7 @@ def compiled(function: Function) -> Function:
     Function
         The same, compiled.
     """
-    made = _cached(lambda cache: numba.njit(cache=cache, error_model="numpy")(function))
+    made = _made(function, counts=True)
     files = _SOURCES[id(made)] = _sources(function)
     _watch(made, files)
     return cast("Function", made)
@@ -66,24 +66,44 @@ def formula(function: Function) -> Function:
     Parameters
     ----------
     function
-        The function; it calls formulas and numpy's functions of numbers only.
+        The function; it makes and returns no arrays, and calls formulas, numpy's functions of
+        numbers, and compiled functions that return no arrays.
 
     Returns
     -------
     Function
         The same, compiled.
     """
-    # The option is numba's own: without it every call counts who uses each array.
-    njit: Any = numba.njit
-    made = _cached(lambda cache: njit(cache=cache, error_model="numpy", _nrt=False)(function))
+    made = _made(function, counts=False)
     files = _SOURCES[id(made)] = _sources(function)
     _watch(made, files)
     return cast("Function", made)
 
 
-def compiled_with(function: Function, *parts: Callable[..., Any]) -> Function:
+def naming(function: Function) -> Function:
     """
-    Compile a function that closes over other compiled ones, at its first call.
+    Compile a function that only gives names back to fields, into each function that calls it.
+
+    There it costs nothing, and a formula may call it although it returns arrays.
+
+    Parameters
+    ----------
+    function
+        The function; it calls the classes of named tuples, and others of its kind.
+
+    Returns
+    -------
+    Function
+        The same, compiled.
+    """
+    made: Any = numba.njit(inline="always", error_model="numpy")(function)
+    _SOURCES[id(made)] = _sources(function)
+    return cast("Function", made)
+
+
+def formula_with(function: Function, *parts: Callable[..., Any]) -> Function:
+    """
+    Compile a formula that closes over other ones, at its first call.
 
     Parameters
     ----------
@@ -100,7 +120,7 @@ def compiled_with(function: Function, *parts: Callable[..., Any]) -> Function:
     made_of: list[Any] = [*parts]
     told = "\0".join(f"{part.__module__}.{part.__qualname__}" for part in made_of)
     function.__qualname__ = f"{function.__name__}_{hashlib.sha256(told.encode()).hexdigest()[:16]}"
-    made = _cached(lambda cache: numba.njit(cache=cache, error_model="numpy")(function))
+    made = _made(function, counts=False)
     inner = (_SOURCES.get(id(part), frozenset()) for part in parts)
     files = _SOURCES[id(made)] = _sources(function).union(*inner)
     _watch(made, files)
@@ -160,6 +180,13 @@ def plain(fields: tuple[Any, ...]) -> Plain:
         Its fields.
     """
     return tuple(plain(field) if isinstance(field, tuple) else field for field in fields)
+
+
+def _made(function: Callable[..., Any], *, counts: bool) -> Any:  # noqa: ANN401 - numba has no types
+    """Compile with or without counts of who uses each array, whoever calls it."""
+    njit: Any = numba.njit
+    options = {"error_model": "numpy", "_nrt": counts, "forceinline": not counts}
+    return _cached(lambda cache: njit(cache=cache, **options)(function))
 
 
 def _cached(make: Callable[[bool], Any]) -> Any:  # noqa: ANN401 - numba has no types

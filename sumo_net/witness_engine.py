@@ -152,14 +152,14 @@ class WitnessEngine(PlainEngine):
         Parameters
         ----------
         commands_mps
-            What was commanded in each step. [m/s], shape (n_steps, n_trains)
+            What was commanded in each step to those who run. [m/s], shape (n_steps, n_running)
         front_m, speed_mps
             Fronts and speeds after the last one. [m], [m/s], shape (n_trains,)
         """
         first, steps, rows = self._steps, len(commands_mps), self._rows
         to_look = self._steps_per_look - first % self._steps_per_look
         if to_look < steps:
-            speeds_mps = np.vstack([self._speed_mps, commands_mps])[:, rows]
+            speeds_mps = np.vstack([self._speed_mps[rows], commands_mps])
             gone_m = 0.5 * self._step_s * np.cumsum(speeds_mps[:-1] + speeds_mps[1:], axis=0)
             for after in range(to_look, steps, self._steps_per_look):
                 there_m, then_mps = self._front_m.copy(), self._speed_mps.copy()

@@ -19,7 +19,7 @@ from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.controllers.operation.eco import CATCHING_UP_PS
 from kankaku.controllers.options import OptionError, require
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, compiled_with, interpolated
+from kankaku.railway.compiled import Plain, formula, formula_with, interpolated
 from kankaku.railway.plan.scenario import (
     GREATEST_ECO_MARGIN_S,
     LEAST_ECO_MARGIN_S,
@@ -164,9 +164,9 @@ class EcoMargin:
         """Return the advice of the operation, lowered where a plan says so."""
         advice, inner = self._operation.advise(state, authority, memory.inner)
         memory = self._with_events(state, memory._replace(inner=inner))
-        asked = advice.ceiling_mps, advice.reason, advice.cause
-        plans = self._plans(memory)
-        return Advice(*_lowered(state.time_s, state.whereabouts, asked, plans, self._word)), memory
+        told = advice.ceiling_mps.copy(), advice.reason.copy(), advice.cause.copy()
+        _lower(state.time_s, state.whereabouts, self._plans(memory), self._word, told)
+        return Advice(*told), memory
 
     def _plans(self, memory: MarginPlans) -> Plain:
         return memory.since_s, memory.from_m, memory.starts, memory.lengths, memory.points
@@ -189,8 +189,9 @@ class EcoMargin:
     def _steps(self, state: LineState, memory: MarginPlans) -> LayerSteps:
         operation: Any = self._operation
         inner: LayerSteps = operation.steps(state, memory.inner)
-        fields = inner.fields, self._plans(memory), self._word
-        return LayerSteps(_lowering(inner.function), fields, inner.memory, inner.until_s)
+        fields = inner.fields, inner.told, self._plans(memory), self._word
+        told = tuple(part.copy() for part in inner.told)
+        return LayerSteps(_lowering(inner.function), fields, inner.memory, told, inner.until_s)
 
     def resumed(self, memory: MarginPlans, after: Plain) -> MarginPlans:
         """Return the memory after a bundle of steps."""
@@ -258,17 +259,17 @@ def _laid(memory: MarginPlans, runs: list[tuple[LegRun | None, LegRun | None]]) 
     return memory._replace(runs=tuple(runs), starts=starts, lengths=lengths, points=points)
 
 
-@compiled
-def _lowered(
+@formula
+def _lower(
     now_s: float,
     whereabouts: Plain,
-    asked: tuple[FloatArray, IntArray, IntArray],
     plan_fields: Plain,
     word: int,
-) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return ceilings, why, and for what."""
+    told: tuple[FloatArray, IntArray, IntArray],
+) -> None:
+    """Lower ceilings, and write why and for what."""
     trains, plans = Whereabouts(*whereabouts), FollowedLegs(*plan_fields)
-    ceiling_mps, reason, cause = asked[0].copy(), asked[1].copy(), asked[2].copy()
+    ceiling_mps, reason, cause = told
     for train in trains.rows:
         along_m = trains.front_m[train] - plans.from_m[train]
         if along_m < 0.0 or not trains.running[train]:
@@ -284,7 +285,6 @@ def _lowered(
                 lowest_mps = min(lowest_mps, spared_mps + CATCHING_UP_PS * max(late_s, 0.0))
         if lowest_mps < ceiling_mps[train]:
             ceiling_mps[train], reason[train], cause[train] = lowest_mps, word, NOTHING
-    return ceiling_mps, reason, cause
 
 
 @cache
@@ -292,11 +292,15 @@ def _lowering(advise: Callable[..., Any]) -> Callable[..., Any]:
     """Return the compiled step of this layer over that of an operation."""
 
     def lowered(
-        instant: Plain, authority: Plain, fields: Plain, memory: Plain
-    ) -> tuple[Plain, Plain, bool]:
-        inner, plans, word = fields
-        asked, memory_after, asks = advise(instant, authority, inner, memory)
+        instant: Plain, authority: Plain, fields: Plain, memory: Plain, after: Plain, told: Plain
+    ) -> bool:
+        inner, asked, plans, word = fields
+        asks: bool = advise(instant, authority, inner, memory, after, asked)
         now_s, whereabouts, _, _ = instant
-        return _lowered(now_s, whereabouts, asked, plans, word), memory_after, asks
+        for train in whereabouts[5]:
+            told[0][train], told[1][train] = asked[0][train], asked[1][train]
+            told[2][train] = asked[2][train]
+        _lower(now_s, whereabouts, plans, word, told)
+        return asks
 
-    return compiled_with(lowered, advise)
+    return formula_with(lowered, advise)

@@ -22,7 +22,7 @@ from kankaku.controllers.operation.approach_plan import (
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
 from kankaku.controllers.options import require
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, count_up_to, formula, plain
+from kankaku.railway.compiled import Plain, count_up_to, formula, plain
 from kankaku.railway.motion.kinematics import next_speed_mps
 from kankaku.railway.motion.run_curve import RunCurve, fastest
 from kankaku.railway.motion.way import way_on
@@ -141,12 +141,8 @@ class ApproachPointControl:
         """Return the advice for every train."""
         if state.events:
             memory = self._plan(state, memory)
-        told, _, _ = _advise(
-            state.instant,
-            tuple(authority[:5]),
-            self._fields(memory),
-            (),
-        )
+        told = self._untold(memory)
+        _advise(state.instant, tuple(authority[:5]), self._fields(memory), (), (), told)
         return Advice(*told), memory
 
     def _fields(self, memory: ApproachPlans) -> Plain:
@@ -158,13 +154,17 @@ class ApproachPointControl:
             memory.pieces,
             memory.points,
         )
-        figures = self._braking, self._world.step_s, memory.begins_s
-        return tuple(self._nothing), memory.leader, asked, figures
+        return asked, (self._braking, self._world.step_s, memory.begins_s)
+
+    def _untold(self, memory: ApproachPlans) -> Plain:
+        """Return the advice before any was told; nothing is for anybody before it begins."""
+        return self._nothing.ceiling_mps.copy(), self._nothing.reason.copy(), memory.leader
 
     def steps(self, state: LineState, memory: ApproachPlans) -> LayerSteps:
         """Return the compiled step."""
         del state
-        return LayerSteps(_advise, self._fields(memory), (), np.inf)
+        told = self._untold(memory)
+        return LayerSteps(_advise, self._fields(memory), (), told, np.inf)
 
     def resumed(self, memory: ApproachPlans, after: Plain) -> ApproachPlans:
         """Return the memory after a bundle of steps."""
@@ -332,20 +332,23 @@ def _with_curves(memory: ApproachPlans, changed: dict[int, FloatArray | None]) -
     return memory._replace(curves=curves, pieces=pieces, points=points)
 
 
-@compiled
+@formula
 def _follow(
-    whereabouts: Plain, plan_fields: Plain, brake_fields: Plain, clock: tuple[float, float]
-) -> tuple[FloatArray, IntArray]:
-    """Return ceilings, and why."""
+    whereabouts: Plain,
+    plan_fields: Plain,
+    brake_fields: Plain,
+    clock: tuple[float, float],
+    found: tuple[FloatArray, IntArray],
+) -> None:
+    """Write ceilings, and why."""
     trains, plans, braking = (
         Whereabouts(*whereabouts),
         Followed(*plan_fields),
         BrakeTable(*brake_fields),
     )
-    now_s, step_s = clock
-    ceiling_mps = np.full(trains.front_m.size, NO_CEILING_MPS)
-    reason = np.full(trains.front_m.size, NO_REASON)
+    (now_s, step_s), (ceiling_mps, reason) = clock, found
     for train in trains.rows:
+        ceiling_mps[train], reason[train] = NO_CEILING_MPS, NO_REASON
         front_m, speed = trains.front_m[train], trains.speed_mps[train]
         if now_s >= plans.run_from_s[train]:
             first, last = plans.pieces[0, train], plans.pieces[1, train]
@@ -361,22 +364,22 @@ def _follow(
             if speed * speed <= left + MISSED_M2PS2:
                 ceiling_mps[train] = next_speed_mps(speed, left, loss, 0.0)
                 reason[train] = OPTIMAL_STOP
-    return ceiling_mps, reason
 
 
-@compiled
+@formula
 def _advise(
     instant: Plain,
-    authority: Plain,  # noqa: ARG001 - as bundles want it
+    authority: Plain,  # noqa: ARG001
     fields: Plain,
-    memory: Plain,
-) -> tuple[Plain, Plain, bool]:
+    memory: Plain,  # noqa: ARG001
+    after: Plain,  # noqa: ARG001
+    told: Plain,
+) -> bool:
     now_s, whereabouts, _, _ = instant
-    nothing, leader, asked, (braking, step_s, begins_s) = fields
-    if now_s < begins_s:
-        return nothing, memory, False
-    ceiling_mps, reason = _follow(whereabouts, asked, braking, (now_s, step_s))
-    return (ceiling_mps, reason, leader), memory, False
+    asked, (braking, step_s, begins_s) = fields
+    if now_s >= begins_s:
+        _follow(whereabouts, asked, braking, (now_s, step_s), (told[0], told[1]))
+    return False
 
 
 @formula

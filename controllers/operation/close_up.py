@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kankaku.railway.compiled import Plain, compiled
+from kankaku.railway.compiled import Plain, formula
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import LayerSteps
 from kankaku.railway.step.control import Foresight
@@ -57,30 +57,32 @@ class CloseUp:
     def steps(self, state: LineState, memory: None) -> LayerSteps:
         """Return the compiled step."""
         del state, memory
-        return LayerSteps(always, tuple(self._advice), (), np.inf)
+        return LayerSteps(always, (), (), tuple(self._advice), np.inf)
 
     def resumed(self, memory: None, after: Plain) -> None:
         """Return the memory after a bundle of steps: none is needed."""
 
 
-@compiled
+@formula
 def always(
     instant: Plain,  # noqa: ARG001 - as bundles want it
     authority: Plain,  # noqa: ARG001
-    fields: Plain,
-    memory: Plain,
-) -> tuple[Plain, Plain, bool]:
+    fields: Plain,  # noqa: ARG001
+    memory: Plain,  # noqa: ARG001
+    after: Plain,  # noqa: ARG001
+    told: Plain,  # noqa: ARG001
+) -> bool:
     """
     Advise the same in every step.
 
     Parameters
     ----------
-    instant, authority, fields, memory
-        As :mod:`kankaku.railway.step.bundles` says; the fields are the advice.
+    instant, authority, fields, memory, after, told
+        As :mod:`kankaku.railway.step.bundles` says; what is told is the advice already.
 
     Returns
     -------
-    tuple[Plain, Plain, bool]
-        The advice, and that Python need not be asked.
+    bool
+        Python need not be asked.
     """
-    return fields, memory, False
+    return False

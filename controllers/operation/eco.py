@@ -15,7 +15,7 @@ import numpy as np
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS, no_advice
 from kankaku.controllers.options import require
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, formula, interpolated, plain
+from kankaku.railway.compiled import Plain, formula, interpolated, plain
 from kankaku.railway.motion.eco_run import EcoRun, eco
 from kankaku.railway.motion.extremal import BRAKING, SPEEDING_UP
 from kankaku.railway.motion.kinematics import next_speed_mps
@@ -172,17 +172,24 @@ class Eco:
     def _follow(
         self, state: LineState, authority: Authority, memory: EcoPlans
     ) -> tuple[tuple[FloatArray, IntArray, IntArray], BoolArray]:
-        ends = authority.eoa_m, authority.delay_s
-        return _follow(state.time_s, state.whereabouts, ends, self._fields(memory))
+        ends, found = (authority.eoa_m, authority.delay_s), self._untold()
+        _follow(state.time_s, state.whereabouts, ends, self._fields(memory), found)
+        return found
 
     def _fields(self, memory: EcoPlans) -> Plain:
         plans = memory.since_s, memory.from_m, memory.lengths, memory.starts, memory.points
-        return plans, self._able, tuple(self._nothing)
+        return plans, self._able
+
+    def _untold(self) -> tuple[tuple[FloatArray, IntArray, IntArray], BoolArray]:
+        """Return the advice before any was told, and who is behind its plan: nobody."""
+        size, (ceiling_mps, reason, cause) = self._world.size, self._nothing
+        return (ceiling_mps.copy(), reason.copy(), cause), np.zeros(size, dtype=np.bool_)
 
     def steps(self, state: LineState, memory: EcoPlans) -> LayerSteps:
         """Return the compiled step."""
         del state
-        return LayerSteps(_advise, self._fields(memory), (), np.inf)
+        told, behind = self._untold()
+        return LayerSteps(_advise, (self._fields(memory), behind), (), told, np.inf)
 
     def resumed(self, memory: EcoPlans, after: Plain) -> EcoPlans:
         """Return the memory after a bundle of steps."""
@@ -233,23 +240,24 @@ def _with_tables(
     )
 
 
-@compiled
+@formula
 def _follow(
     now_s: float,
     whereabouts: Plain,
     ends: tuple[FloatArray, FloatArray],
     fields: Plain,
-) -> tuple[tuple[FloatArray, IntArray, IntArray], BoolArray]:
-    """Return the advice, and who is behind its plan although its authority lets it follow."""
-    plan_fields, able_fields, (_, _, cause) = fields
+    found: tuple[tuple[FloatArray, IntArray, IntArray], BoolArray],
+) -> bool:
+    """Write the advice, and who is behind its plan although its authority lets it follow."""
+    plan_fields, able_fields = fields
     trains, plans = Whereabouts(*whereabouts), Tabled(*plan_fields)
     brake_fields, near_m, far_m, step_s, patience_s = able_fields
     able = Able(BrakeTable(*brake_fields), near_m, far_m, step_s, patience_s)
     eoa_m, delay_s = ends
-    size = trains.front_m.size
-    ceiling_mps, reason = np.full(size, NO_CEILING_MPS), np.full(size, NO_REASON)
-    behind = np.zeros(size, dtype=np.bool_)
+    (eoa_m, delay_s), ((ceiling_mps, reason, _), behind) = ends, found
+    asks = False
     for train in trains.rows:
+        ceiling_mps[train], reason[train], behind[train] = NO_CEILING_MPS, NO_REASON, False
         front_m, speed_mps = trains.front_m[train], trains.speed_mps[train]
         along_m = front_m - plans.from_m[train]
         if along_m >= plans.lengths[train] - 1:
@@ -263,16 +271,21 @@ def _follow(
             ends_m = eoa_m[train], delay_s[train]
             free_mps = _free_mps(train, front_m, speed_mps, ends_m, able)
             behind[train] = free_mps > min(ceiling_mps[train], speed_mps + 1.0)
-    return (ceiling_mps, reason, cause), behind
+            asks = asks or behind[train]
+    return asks
 
 
-@compiled
+@formula
 def _advise(
-    instant: Plain, authority: Plain, fields: Plain, memory: Plain
-) -> tuple[Plain, Plain, bool]:
-    now_s, whereabouts, _, _ = instant
-    told, behind = _follow(now_s, whereabouts, (authority[0], authority[2]), fields)
-    return told, memory, bool(behind.any())
+    instant: Plain,
+    authority: Plain,
+    fields: Plain,
+    memory: Plain,  # noqa: ARG001
+    after: Plain,  # noqa: ARG001
+    told: Plain,
+) -> bool:
+    (now_s, whereabouts, _, _), (followed, behind) = instant, fields
+    return _follow(now_s, whereabouts, (authority[0], authority[2]), followed, (told, behind))
 
 
 @formula

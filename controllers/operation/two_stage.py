@@ -22,8 +22,8 @@ from kankaku.controllers.forecast import DepartureForecast, waits_for_leader
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.controllers.operation.pre_deceleration import Approach, Slowing, slow_down
 from kankaku.controllers.options import require
-from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled
+from kankaku.railway.arrays import FloatArray
+from kankaku.railway.compiled import Plain, formula
 from kankaku.railway.motion.kinematics import (
     braking_distance_m,
     two_stage_brake_mps2,
@@ -92,22 +92,23 @@ class TwoStage:
         """Return the advice for every train."""
         if self._pre_deceleration and (state.events or state.time_s >= memory.next_release_s):
             memory = self._plan(state)
-        told, _, _ = _advise(
-            state.instant,
-            tuple(authority[:5]),
-            self._fields(memory),
-            (),
-        )
+        told = self._untold(state, memory)
+        _advise(state.instant, tuple(authority[:5]), self._fields(memory), (), (), told)
         return Advice(*told), memory
 
     def _fields(self, memory: TwoStagePlans) -> Plain:
         return memory.ceiling_mps, (self._acceleration_mps2, self._brake_mps2, self._step_s)
 
+    def _untold(self, state: LineState, memory: TwoStagePlans) -> Plain:
+        """Return the advice before any was told."""
+        reason = np.full(self._world.size, PRE_DECELERATION, dtype=np.intp)
+        return memory.ceiling_mps.copy(), reason, state.leader.copy()
+
     def steps(self, state: LineState, memory: TwoStagePlans) -> LayerSteps:
         """Return the compiled step."""
-        del state
         until_s = memory.next_release_s if self._pre_deceleration else np.inf
-        return LayerSteps(_advise, self._fields(memory), (), until_s)
+        told = self._untold(state, memory)
+        return LayerSteps(_advise, self._fields(memory), (), told, until_s)
 
     def resumed(self, memory: TwoStagePlans, after: Plain) -> TwoStagePlans:
         """Return the memory after a bundle of steps."""
@@ -154,21 +155,25 @@ class TwoStage:
         return float(braking_distance_m(top, self._first_stage_mps2))
 
 
-@compiled
-def _lowest(
-    whereabouts: Plain,
-    ends: tuple[FloatArray, IntArray],
-    ahead: tuple[FloatArray, IntArray, BoolArray],
-    planned_mps: FloatArray,
-    rates: tuple[float, float, float],
-) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return ceilings, why, and for what."""
-    trains, (eoa_m, eoa_by), (stop_m, leader, follows) = Whereabouts(*whereabouts), ends, ahead
+@formula
+def _advise(
+    instant: Plain,
+    authority: Plain,
+    fields: Plain,
+    memory: Plain,  # noqa: ARG001
+    after: Plain,  # noqa: ARG001
+    told: Plain,
+) -> bool:
+    """Write ceilings, why, and for what."""
+    _, whereabouts, _, lasting = instant
+    trains, known = Whereabouts(*whereabouts), Lasting(*lasting)
+    (eoa_m, _, _, eoa_by, _), (ceiling_mps, reason, cause) = authority, told
+    planned_mps, (acceleration_mps2, brake_mps2, step_s) = fields
     front_m, speed_mps = trains.front_m, trains.speed_mps
-    acceleration_mps2, brake_mps2, step_s = rates
-    ceiling_mps = planned_mps.copy()
-    reason, cause = np.full(front_m.size, PRE_DECELERATION), leader.copy()
+    stop_m, leader, follows = known.stop_m, known.leader, known.follows
     for train in trains.rows:
+        ceiling_mps[train], reason[train] = planned_mps[train], PRE_DECELERATION
+        cause[train] = leader[train]
         # Who stops at a platform before the obstacle need not mind it yet.
         if eoa_m[train] >= stop_m[train]:
             continue
@@ -179,14 +184,4 @@ def _lowest(
         if held_mps <= ceiling_mps[train]:
             ceiling_mps[train] = held_mps
             reason[train], cause[train] = TWO_STAGE, eoa_by[train]
-    return ceiling_mps, reason, cause
-
-
-@compiled
-def _advise(
-    instant: Plain, authority: Plain, fields: Plain, memory: Plain
-) -> tuple[Plain, Plain, bool]:
-    _, whereabouts, _, lasting = instant
-    (eoa_m, _, _, eoa_by, _), known, (planned_mps, rates) = authority, Lasting(*lasting), fields
-    ahead = known.stop_m, known.leader, known.follows
-    return _lowest(whereabouts, (eoa_m, eoa_by), ahead, planned_mps, rates), memory, False
+    return False

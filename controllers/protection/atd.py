@@ -28,7 +28,7 @@ from kankaku.controllers.protection.atd_patterns import (
 from kankaku.controllers.protection.fixed_block import detection_on
 from kankaku.controllers.protection.fuzzy import RuleBase, infer, rule_base
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, formula, plain
+from kankaku.railway.compiled import Plain, formula, plain
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import Lasting, LayerSteps
 from kankaku.railway.step.control import Separation
@@ -41,7 +41,7 @@ from kankaku.railway.step.state import (
     Whereabouts,
     authority_of,
 )
-from kankaku.railway.wayside.detection import Sight, look
+from kankaku.railway.wayside.detection import Sight, look, plain_sight, sight_of
 
 KMH_PER_MPS = 3.6
 LEAST_AHEAD_S, LEAST_AHEAD_M = 0.5, 0.5
@@ -168,23 +168,27 @@ class Atd:
     def authorise(self, state: LineState, memory: Braked) -> tuple[Authority, Braked]:
         """Return the authority of every train."""
         sight = self._detection.look_ahead(state, memory.sight)
-        told, after = _protect(
-            state.instant,
-            self._fields,
-            (tuple(sight), memory.brake_mps2, memory.tripped),
-        )
-        authority = authority_of(told, self._at_once.permission(told[0]))
-        return authority, Braked(sight, *after[1:])
+        told, brakes = self._untold(), (memory.brake_mps2.copy(), memory.tripped.copy())
+        danger = sight.danger_m, sight.danger_by
+        _authorise(state.whereabouts, danger, brakes, self._fields[1:4], told)
+        return authority_of(told, self._at_once.permission(told[0])), Braked(sight, *brakes)
+
+    def _untold(self) -> Plain:
+        """Return the authority before any was told."""
+        size, far_m = self._world.size, self._world.far_m
+        nothing = np.full((2, size), NOTHING, dtype=np.intp)
+        return np.full(size, far_m), np.zeros(size), self._fields[-1], nothing[0], nothing[1]
 
     def steps(self, state: LineState, memory: Braked) -> LayerSteps:
         """Return the compiled step."""
         del state
-        return LayerSteps(_protect, self._fields, plain(memory), np.inf)
+        remembered = plain_sight(memory.sight), memory.brake_mps2, memory.tripped
+        return LayerSteps(_protect, self._fields, remembered, self._untold(), np.inf)
 
     def resumed(self, memory: Braked, after: Plain) -> Braked:
         """Return the memory after a bundle of steps."""
         del memory
-        return Braked(Sight(*after[0]), *after[1:])
+        return Braked(sight_of(after[0]), *after[1:])
 
     def eoa_behind_m(
         self,
@@ -244,26 +248,25 @@ def _followed_mps(
     return max(speed_mps, pattern_mps)
 
 
-@compiled
+@formula
 def _authorise(
     whereabouts: Plain,
     danger: tuple[FloatArray, IntArray],
     memory: tuple[FloatArray, BoolArray],
-    pattern_fields: Plain,
-    control_fields: Plain,
-    ceiling_fields: Plain,
-) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
-    """Return ends and ceilings with what is behind them, and write what trains remember."""
+    fields: tuple[Plain, Plain, Plain],
+    told: Plain,
+) -> None:
+    """Write ends and ceilings with what is behind them, and what trains remember."""
+    pattern_fields, control_fields, ceiling_fields = fields
     trains, line_ceiling = Whereabouts(*whereabouts), figures_of(ceiling_fields)
     patterns, (rules, step_s, far_m) = patterns_of(pattern_fields), control_fields
     control = Control(RuleBase(*rules), step_s, far_m)
     (danger_m, danger_by), (brake_mps2, tripped) = danger, memory
-    size = trains.front_m.size
-    eoa_m, ceiling_mps = np.full(size, far_m), np.zeros(size)
-    eoa_by, ceiling_by = np.full(size, NOTHING), np.full(size, NOTHING)
+    eoa_m, ceiling_mps, _, eoa_by, ceiling_by = told
     for train in trains.rows:
         front_m, speed = trains.front_m[train], trains.speed_mps[train]
         ceiling_mps[train] = ceiling_ahead_mps(line_ceiling, train, front_m, speed)
+        eoa_m[train], eoa_by[train], ceiling_by[train] = far_m, NOTHING, NOTHING
         if danger_m[train] >= far_m:
             brake_mps2[train], tripped[train] = 0.0, False
             continue
@@ -282,18 +285,16 @@ def _authorise(
         followed = _followed_mps(train, speeds, end_m - front_m, brake_mps2, service, control)
         if followed < ceiling_mps[train]:
             ceiling_mps[train], ceiling_by[train] = followed, danger_by[train]
-    return eoa_m, ceiling_mps, eoa_by, ceiling_by
 
 
-@compiled
-def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain]:
+@formula
+def _protect(instant: Plain, fields: Plain, memory: Plain, after: Plain, told: Plain) -> None:
     now_s, whereabouts, _, lasting = instant
-    circuits, patterns, control, ceiling, delay_s = fields
-    before, brake_mps2, tripped = memory
-    known = Lasting(*lasting)
-    sight = look(now_s, whereabouts, (known.granted_to_m, known.granted_by), circuits, before)
-    brakes, danger = (brake_mps2.copy(), tripped.copy()), (sight[3], sight[4])
-    eoa_m, ceiling_mps, eoa_by, ceiling_by = _authorise(
-        whereabouts, danger, brakes, patterns, control, ceiling
-    )
-    return (eoa_m, ceiling_mps, delay_s, eoa_by, ceiling_by), (sight, brakes[0], brakes[1])
+    (circuits, patterns, control, ceiling, _), known = fields, Lasting(*lasting)
+    granted, sight = (known.granted_to_m, known.granted_by), after[0]
+    look(now_s, whereabouts, granted, circuits, (memory[0], sight))
+    brakes = after[1], after[2]
+    for train in range(after[1].size):
+        after[1][train], after[2][train] = memory[1][train], memory[2][train]
+    danger = sight[3], sight[4]
+    _authorise(whereabouts, danger, brakes, (patterns, control, ceiling), told)

@@ -7,7 +7,7 @@ import numpy as np
 
 from kankaku.controllers.protection.brake_pattern import brake_pattern_mps
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.compiled import Plain, compiled, formula
+from kankaku.railway.compiled import Plain, compiled, formula, naming
 from kankaku.railway.motion.kinematics import next_speed_mps
 from kankaku.railway.plan.brake_table import BrakeTable, braking_v2_at
 
@@ -27,7 +27,7 @@ class Patterns(NamedTuple):
     overlap_m: float
 
 
-@compiled
+@naming
 def patterns_of(fields: Plain) -> Patterns:
     """
     Return the figures with their names.

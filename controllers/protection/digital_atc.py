@@ -27,7 +27,7 @@ from kankaku.controllers.options import require
 from kankaku.controllers.protection.brake_pattern import brake_pattern_mps, pattern_v2_m2ps2
 from kankaku.controllers.protection.fixed_block import detection_on
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, formula, plain
+from kankaku.railway.compiled import Plain, compiled, formula, naming, plain
 from kankaku.railway.motion.kinematics import next_speed_mps
 from kankaku.railway.plan.brake_table import BrakeTable, braking_loss_mps
 from kankaku.railway.plan.world import World
@@ -42,7 +42,7 @@ from kankaku.railway.step.state import (
     Whereabouts,
     authority_of,
 )
-from kankaku.railway.wayside.detection import Sight, look
+from kankaku.railway.wayside.detection import Sight, look, plain_sight, sight_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,22 +106,26 @@ class DigitalAtc:
     def authorise(self, state: LineState, memory: Sight) -> tuple[Authority, Sight]:
         """Return the authority of every train."""
         sight = self._detection.look_ahead(state, memory)
-        told, _ = _protect(
-            state.instant,
-            self._fields,
-            tuple(sight),
-        )
+        told = self._untold()
+        danger = sight.danger_m, sight.danger_by
+        _authorise(state.whereabouts, danger, self._fields[1:3], told)
         return authority_of(told, self._at_once.permission(told[0])), sight
+
+    def _untold(self) -> Plain:
+        """Return the authority before any was told."""
+        size, far_m = self._world.size, self._world.far_m
+        nothing = np.full((2, size), NOTHING, dtype=np.intp)
+        return np.full(size, far_m), np.zeros(size), self._fields[-1], nothing[0], nothing[1]
 
     def steps(self, state: LineState, memory: Sight) -> LayerSteps:
         """Return the compiled step."""
         del state
-        return LayerSteps(_protect, self._fields, tuple(memory), np.inf)
+        return LayerSteps(_protect, self._fields, plain_sight(memory), self._untold(), np.inf)
 
     def resumed(self, memory: Sight, after: Plain) -> Sight:
         """Return the memory after a bundle of steps."""
         del memory
-        return Sight(*after)
+        return sight_of(after)
 
     def eoa_behind_m(
         self,
@@ -145,7 +149,7 @@ class DigitalAtc:
         return np.minimum(np.minimum(patterns_mps, kept_mps), self._ceiling.at_mps(row, front_m))
 
 
-@compiled
+@naming
 def _pattern_of(fields: Plain) -> Pattern:
     braking, share, idle_time_s, overlap_m, step_s, far_m = fields
     return Pattern(BrakeTable(*braking), share, idle_time_s, overlap_m, step_s, far_m)
@@ -166,22 +170,21 @@ def _followed_mps(
     return float(next_speed_mps(speed_mps, w, softer, share * brake_mps2 * pattern.idle_time_s))
 
 
-@compiled
+@formula
 def _authorise(
     whereabouts: Plain,
     danger: tuple[FloatArray, IntArray],
-    pattern_fields: Plain,
-    ceiling_fields: Plain,
-) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
-    """Return ends and ceilings with what is behind them."""
-    trains, line_ceiling = Whereabouts(*whereabouts), figures_of(ceiling_fields)
-    pattern, (danger_m, danger_by) = _pattern_of(pattern_fields), danger
-    size = trains.front_m.size
-    eoa_m, ceiling_mps = np.full(size, pattern.far_m), np.zeros(size)
-    eoa_by, ceiling_by = np.full(size, NOTHING), np.full(size, NOTHING)
+    fields: tuple[Plain, Plain],
+    told: Plain,
+) -> None:
+    """Write ends and ceilings with what is behind them."""
+    trains, line_ceiling = Whereabouts(*whereabouts), figures_of(fields[1])
+    pattern, (danger_m, danger_by) = _pattern_of(fields[0]), danger
+    eoa_m, ceiling_mps, _, eoa_by, ceiling_by = told
     for train in trains.rows:
         front_m, speed_mps = trains.front_m[train], trains.speed_mps[train]
         ceiling_mps[train] = ceiling_ahead_mps(line_ceiling, train, front_m, speed_mps)
+        eoa_m[train], eoa_by[train], ceiling_by[train] = pattern.far_m, NOTHING, NOTHING
         if danger_m[train] >= pattern.far_m:
             continue
         # A train that stands closer to an occupied circuit than the overlap stays there.
@@ -190,19 +193,15 @@ def _authorise(
         followed = _followed_mps(train, front_m, speed_mps, stop_m, pattern)
         if followed < ceiling_mps[train]:
             ceiling_mps[train], ceiling_by[train] = followed, danger_by[train]
-    return eoa_m, ceiling_mps, eoa_by, ceiling_by
 
 
-@compiled
-def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain]:
+@formula
+def _protect(instant: Plain, fields: Plain, memory: Plain, after: Plain, told: Plain) -> None:
     now_s, whereabouts, _, lasting = instant
-    circuits, pattern, ceiling, delay_s = fields
-    known = Lasting(*lasting)
+    (circuits, pattern, ceiling, _), known = fields, Lasting(*lasting)
     granted = known.granted_to_m, known.granted_by
-    sight = look(now_s, whereabouts, granted, circuits, memory)
-    danger = sight[3], sight[4]
-    eoa_m, ceiling_mps, eoa_by, ceiling_by = _authorise(whereabouts, danger, pattern, ceiling)
-    return (eoa_m, ceiling_mps, delay_s, eoa_by, ceiling_by), sight
+    look(now_s, whereabouts, granted, circuits, (memory, after))
+    _authorise(whereabouts, (after[3], after[4]), (pattern, ceiling), told)
 
 
 @compiled

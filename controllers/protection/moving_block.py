@@ -22,7 +22,7 @@ from kankaku.controllers.ceiling import (
     figures_of,
 )
 from kankaku.controllers.options import OptionError, require
-from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.arrays import FloatArray
 from kankaku.railway.compiled import Plain, compiled, count_up_to, formula, plain
 from kankaku.railway.plan.buffers import Buffers, drifted_buffer_m, reaching_front_m
 from kankaku.railway.plan.world import World
@@ -101,17 +101,6 @@ class Spacing(NamedTuple):
     """See :attr:`kankaku.railway.plan.buffers.Buffers.buffered_at_balise_m`. [m], same shape"""
 
 
-class Obstacles(NamedTuple):
-    """What is ahead of trains; see :class:`~kankaku.railway.step.state.LineState`."""
-
-    clear_to_m: FloatArray
-    granted_by: IntArray
-    leader: IntArray
-    follows: BoolArray
-    section_m: FloatArray
-    """Start and end of the platform section ahead. [m], shape (2, n_trains)"""
-
-
 class Ahead(NamedTuple):
     """The platform section at every train's next call; it stays until calls change."""
 
@@ -164,21 +153,21 @@ class MovingBlock:
         if state.calls_version != memory.calls_version:
             rows = np.arange(self._world.size)
             memory = Ahead(state.calls_version, self._world.platform_m[:, rows, state.next_call])
-        told, _ = _protect(
-            state.instant,
-            self._fields(memory),
-            (),
-        )
+        told = self._untold(state)
+        _protect(state.instant, self._fields(memory), (), (), told)
         return authority_of(told, self._at_once.permission(told[0])), memory
 
     def _fields(self, memory: Ahead) -> Plain:
-        always = self._delays_s, self._own_ceiling
-        return memory.section_m, self._spacing, self._line_ceiling, always
+        return memory.section_m, self._spacing, self._line_ceiling
+
+    def _untold(self, state: LineState) -> Plain:
+        """Return the authority before any was told."""
+        eoa_m, eoa_by = state.clear_to_m.copy(), state.granted_by.copy()
+        return eoa_m, np.zeros(self._world.size), self._delays_s, eoa_by, self._own_ceiling
 
     def steps(self, state: LineState, memory: Ahead) -> LayerSteps:
         """Return the compiled step."""
-        del state
-        return LayerSteps(_protect, self._fields(memory), (), np.inf)
+        return LayerSteps(_protect, self._fields(memory), (), self._untold(state), np.inf)
 
     def resumed(self, memory: Ahead, after: Plain) -> Ahead:
         """Return the memory after a bundle of steps."""
@@ -239,44 +228,31 @@ def _eoa_m(
     return eoa_m, rear_m <= clear_to_m
 
 
-@compiled
-def _authorise(
-    whereabouts: Plain, obstacle_fields: Plain, spacing_fields: Plain, ceiling_fields: Plain
-) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return ends of authority, ceilings, and what is behind the ends."""
-    trains, ahead_of = Whereabouts(*whereabouts), Obstacles(*obstacle_fields)
+@formula
+def _protect(instant: Plain, fields: Plain, memory: Plain, after: Plain, told: Plain) -> None:  # noqa: ARG001 - as bundles want it
+    """Write ends of authority, ceilings, and what is behind the ends."""
+    _, whereabouts, clear_to_m, lasting = instant
+    (section_m, spacing_fields, ceiling_fields), (eoa_m, ceiling_mps, _, eoa_by, _) = fields, told
+    trains, known = Whereabouts(*whereabouts), Lasting(*lasting)
     spacing, line_ceiling = Spacing(*spacing_fields), figures_of(ceiling_fields)
-    front_m, speed_mps, section_m = trains.front_m, trains.speed_mps, ahead_of.section_m
-    eoa_m, eoa_by = ahead_of.clear_to_m.copy(), ahead_of.granted_by.copy()
-    ceiling_mps = np.zeros_like(speed_mps)
+    front_m, speed_mps = trains.front_m, trains.speed_mps
     for train in trains.rows:
-        leader, leader_tail_m, leader_front_m = ahead_of.leader[train], np.inf, 0.0
-        if ahead_of.follows[train]:
+        leader, leader_tail_m, leader_front_m = known.leader[train], np.inf, 0.0
+        if known.follows[train]:
             leader_tail_m, leader_front_m = trains.tail_m[leader], front_m[leader]
         eoa_m[train], by_leader = _eoa_m(
             front_m[train],
             front_m[train] > section_m[0, train] + ENTERED_M,
-            ahead_of.clear_to_m[train],
+            clear_to_m[train],
             (leader_tail_m, leader_front_m),
             (section_m[0, train], section_m[1, train]),
             spacing,
         )
-        if ahead_of.follows[train] and by_leader:
-            eoa_by[train] = leader
+        behind_leader = known.follows[train] and by_leader
+        eoa_by[train] = leader if behind_leader else known.granted_by[train]
         ceiling_mps[train] = ceiling_ahead_mps(
             line_ceiling, train, front_m[train], speed_mps[train]
         )
-    return eoa_m, ceiling_mps, eoa_by
-
-
-@compiled
-def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain]:
-    _, whereabouts, clear_to_m, lasting = instant
-    section_m, spacing, ceiling, (delay_s, own_ceiling) = fields
-    known = Lasting(*lasting)
-    obstacles = clear_to_m, known.granted_by, known.leader, known.follows, section_m
-    eoa_m, ceiling_mps, eoa_by = _authorise(whereabouts, obstacles, spacing, ceiling)
-    return (eoa_m, ceiling_mps, delay_s, eoa_by, own_ceiling), memory
 
 
 @compiled

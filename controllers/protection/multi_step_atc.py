@@ -31,7 +31,7 @@ from kankaku.railway.step.state import (
     Whereabouts,
     authority_of,
 )
-from kankaku.railway.wayside.detection import Sight, look
+from kankaku.railway.wayside.detection import Sight, look, plain_sight, sight_of
 from kankaku.railway.wayside.tiling import Tiling, place_of, place_of_front
 
 
@@ -173,23 +173,27 @@ class MultiStepAtc:
     def authorise(self, state: LineState, memory: Shown) -> tuple[Authority, Shown]:
         """Return the authority of every train."""
         sight = self._detection.look_ahead(state, memory.sight)
-        told, after = _protect(
-            state.instant,
-            self._fields,
-            (tuple(sight), memory.onboard),
-        )
-        authority = authority_of(told, self._at_once.permission(told[0]))
-        return authority, Shown(sight, after[1])
+        told, onboard = self._untold(), memory.onboard.copy()
+        danger = sight.danger_m, sight.danger_by
+        _authorise(state.time_s, state.whereabouts, danger, onboard, self._fields[1:3], told)
+        return authority_of(told, self._at_once.permission(told[0])), Shown(sight, onboard)
+
+    def _untold(self) -> Plain:
+        """Return the authority before any was told."""
+        size, far_m = self._world.size, self._world.far_m
+        nothing = np.full((2, size), NOTHING, dtype=np.intp)
+        return np.full(size, far_m), np.zeros(size), self._fields[-1], nothing[0], nothing[1]
 
     def steps(self, state: LineState, memory: Shown) -> LayerSteps:
         """Return the compiled step."""
         del state
-        return LayerSteps(_protect, self._fields, plain(memory), np.inf)
+        remembered = plain_sight(memory.sight), memory.onboard
+        return LayerSteps(_protect, self._fields, remembered, self._untold(), np.inf)
 
     def resumed(self, memory: Shown, after: Plain) -> Shown:
         """Return the memory after a bundle of steps."""
         del memory
-        return Shown(Sight(*after[0]), after[1])
+        return Shown(sight_of(after[0]), after[1])
 
     def eoa_behind_m(
         self,
@@ -244,22 +248,20 @@ def _codes_mps(
     return codes_mps
 
 
-@compiled
+@formula
 def _authorise(
     time_s: float,
     whereabouts: Plain,
     danger: tuple[FloatArray, IntArray],
     onboard: FloatArray,
-    signal_fields: tuple[Plain, Plain],
-    ceiling_fields: Plain,
-) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
-    """Return ends and ceilings with what is behind them, and write what trains remember."""
+    fields: tuple[tuple[Plain, Plain], Plain],
+    told: Plain,
+) -> None:
+    """Write ends and ceilings with what is behind them, and what trains remember."""
+    (signal_fields, ceiling_fields), (danger_m, danger_by) = fields, danger
     trains, line_ceiling = Whereabouts(*whereabouts), figures_of(ceiling_fields)
     signals, blocks = Signals(*signal_fields[0]), Tiling(*signal_fields[1])
-    danger_m, danger_by = danger
-    size = trains.front_m.size
-    eoa_m, ceiling_mps = np.full(size, signals.far_m), np.zeros(size)
-    eoa_by, ceiling_by = np.full(size, NOTHING), np.full(size, NOTHING)
+    eoa_m, ceiling_mps, _, eoa_by, ceiling_by = told
     for train in trains.rows:
         front_m, speed_mps = trains.front_m[train], trains.speed_mps[train]
         code_mps = signals.code_mps[signals.type_index[train]]
@@ -269,8 +271,8 @@ def _authorise(
         )
         # A train that stands closer to an occupied block than the overlap stays there.
         eoa_m[train] = min(max(occupied_m - signals.overlap_m, front_m), signals.far_m)
-        if occupied_m < np.inf:
-            eoa_by[train] = danger_by[train]
+        eoa_by[train] = danger_by[train] if occupied_m < np.inf else NOTHING
+        ceiling_by[train] = NOTHING
         bound_mps = _bound_mps(time_s, shown, speed_mps, onboard[:, train], signals)
         line_mps = ceiling_ahead_mps(line_ceiling, train, front_m, speed_mps)
         ceiling_mps[train] = min(line_mps, bound_mps)
@@ -285,21 +287,20 @@ def _authorise(
             acted_mps = _acted_mps(time_s, speed_mps, brake_mps2, onboard[:, train], signals)
             if acted_mps < ceiling_mps[train]:
                 ceiling_mps[train], ceiling_by[train] = acted_mps, danger_by[train]
-    return eoa_m, ceiling_mps, eoa_by, ceiling_by
 
 
-@compiled
-def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain]:
+@formula
+def _protect(instant: Plain, fields: Plain, memory: Plain, after: Plain, told: Plain) -> None:
     now_s, whereabouts, _, lasting = instant
-    circuits, signals, ceiling, delay_s = fields
-    before, carried = memory
-    known = Lasting(*lasting)
-    sight = look(now_s, whereabouts, (known.granted_to_m, known.granted_by), circuits, before)
-    onboard, danger = carried.copy(), (sight[3], sight[4])
-    eoa_m, ceiling_mps, eoa_by, ceiling_by = _authorise(
-        now_s, whereabouts, danger, onboard, signals, ceiling
-    )
-    return (eoa_m, ceiling_mps, delay_s, eoa_by, ceiling_by), (sight, onboard)
+    (circuits, signals, ceiling, _), known = fields, Lasting(*lasting)
+    granted, sight = (known.granted_to_m, known.granted_by), after[0]
+    look(now_s, whereabouts, granted, circuits, (memory[0], sight))
+    before, onboard = memory[1], after[1]
+    for kept in range(onboard.shape[0]):
+        for train in range(onboard.shape[1]):
+            onboard[kept, train] = before[kept, train]
+    danger = sight[3], sight[4]
+    _authorise(now_s, whereabouts, danger, onboard, (signals, ceiling), told)
 
 
 @formula

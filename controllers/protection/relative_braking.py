@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.controllers.ceiling import LineCeiling, braked_to_mps, ceilings_ahead_mps
+from kankaku.controllers.ceiling import LineCeiling, braked_to_mps, ceiling_ahead_mps, figures_of
 from kankaku.controllers.options import require
-from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, formula, plain
+from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.compiled import Plain, compiled, formula, naming, plain
 from kankaku.railway.plan.brake_table import SPACING_M, BrakeTable, braking_v2_at
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import Lasting, LayerSteps
@@ -85,8 +85,8 @@ class RelativeBraking:
         self._leaders = plain(
             LeadersAhead(world.braking, self.accepted, harder_mps2, options.margin_m)
         )
-        always = np.zeros(world.size), np.full(world.size, NOTHING, dtype=np.intp)
-        self._fields = self._leaders, plain(self.ceiling.figures), *always
+        self._always = np.zeros(world.size), np.full(world.size, NOTHING, dtype=np.intp)
+        self._fields = self._leaders, plain(self.ceiling.figures)
 
     def initial(self) -> tuple[()]:
         """Return the memory before the first step: there is nothing to remember."""
@@ -94,17 +94,19 @@ class RelativeBraking:
 
     def authorise(self, state: LineState, memory: tuple[()]) -> tuple[Authority, tuple[()]]:
         """Return the authority of every train."""
-        told, _ = _protect(
-            state.instant,
-            self._fields,
-            (),
-        )
+        told = self._untold(state)
+        _protect(state.instant, self._fields, (), (), told)
         return authority_of(told, self._at_once.permission(told[0])), memory
 
     def steps(self, state: LineState, memory: tuple[()]) -> LayerSteps:
         """Return the compiled step."""
-        del state
-        return LayerSteps(_protect, self._fields, memory, np.inf)
+        return LayerSteps(_protect, self._fields, memory, self._untold(state), np.inf)
+
+    def _untold(self, state: LineState) -> Plain:
+        """Return the authority before any was told."""
+        (delay_s, own_ceiling), eoa_by = self._always, state.granted_by.copy()
+        eoa_m = state.granted_to_m - self._margin_m
+        return eoa_m, np.zeros(self._world.size), delay_s, eoa_by, own_ceiling
 
     def resumed(self, memory: tuple[()], after: Plain) -> tuple[()]:
         """Return the memory after a bundle of steps."""
@@ -132,7 +134,7 @@ class RelativeBraking:
         return np.minimum(braked_mps, self.ceiling.at_mps(row, front_m))
 
 
-@compiled
+@naming
 def _leaders(fields: Plain) -> LeadersAhead:
     braking, accepted, harder_mps2, margin_m = fields
     return LeadersAhead(BrakeTable(*braking), accepted, harder_mps2, margin_m)
@@ -172,37 +174,26 @@ def _stands_each_m(
     return stands_m
 
 
-@compiled
-def _eoas_m(
-    whereabouts: Plain,
-    granted: tuple[FloatArray, IntArray],
-    ahead: tuple[IntArray, BoolArray],
-    fields: Plain,
-) -> tuple[FloatArray, IntArray]:
-    """Return ends of authority, and what is there."""
-    trains, leaders = Whereabouts(*whereabouts), _leaders(fields)
-    (granted_to_m, granted_by), (leader_of, follows) = granted, ahead
-    present, front_m = trains.present, trains.front_m
-    eoa_m, eoa_by = granted_to_m - leaders.margin_m, granted_by.copy()
+@formula
+def _protect(instant: Plain, fields: Plain, memory: Plain, after: Plain, told: Plain) -> None:  # noqa: ARG001 - as bundles want it
+    """Write ends of authority, ceilings, and what is behind the ends."""
+    _, whereabouts, _, lasting = instant
+    trains, known = Whereabouts(*whereabouts), Lasting(*lasting)
+    leaders, line_ceiling = _leaders(fields[0]), figures_of(fields[1])
+    eoa_m, ceiling_mps, _, eoa_by, _ = told
+    front_m, speed_mps = trains.front_m, trains.speed_mps
     for train in trains.rows:
-        if not follows[train]:
+        ceiling_mps[train] = ceiling_ahead_mps(
+            line_ceiling, train, front_m[train], speed_mps[train]
+        )
+        eoa_m[train] = known.granted_to_m[train] - leaders.margin_m
+        eoa_by[train] = known.granted_by[train]
+        if not known.follows[train]:
             continue
-        leader = leader_of[train]
+        leader = known.leader[train]
         rear_m = trains.tail_m[leader]
-        if leaders.accepted[leader] and present[leader]:
-            stands_m = _stands_m(leader, front_m[leader], trains.speed_mps[leader], leaders)
+        if leaders.accepted[leader] and trains.present[leader]:
+            stands_m = _stands_m(leader, front_m[leader], speed_mps[leader], leaders)
             rear_m += stands_m - front_m[leader]
         if rear_m - leaders.margin_m <= eoa_m[train]:
             eoa_m[train], eoa_by[train] = rear_m - leaders.margin_m, leader
-    return eoa_m, eoa_by
-
-
-@compiled
-def _protect(instant: Plain, fields: Plain, memory: Plain) -> tuple[Plain, Plain]:
-    _, whereabouts, _, lasting = instant
-    leaders, ceiling, delay_s, own_ceiling = fields
-    known = Lasting(*lasting)
-    granted, ahead = (known.granted_to_m, known.granted_by), (known.leader, known.follows)
-    eoa_m, eoa_by = _eoas_m(whereabouts, granted, ahead, leaders)
-    ceiling_mps = ceilings_ahead_mps(whereabouts, ceiling)
-    return (eoa_m, ceiling_mps, delay_s, eoa_by, own_ceiling), memory

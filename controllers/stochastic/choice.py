@@ -89,6 +89,30 @@ def choose(
     return rates
 
 
+@compiled
+def choose_into(
+    now_s: float,
+    whereabouts: Plain,
+    known: tuple[Plain, tuple[Plain, Plain]],
+    approaching: tuple[IntArray, FloatArray, bool],
+    tables: tuple[Plain, Plain],
+    rate_mps2: FloatArray,
+) -> None:
+    """
+    Write what :func:`choose` returns, for those who make no arrays.
+
+    Parameters
+    ----------
+    now_s, whereabouts, known, approaching, tables
+        As there.
+    rate_mps2
+        Written to. [m/s2], shape (n_trains,)
+    """
+    chosen = choose(now_s, whereabouts, known, approaching, tables)
+    for train in range(chosen.size):
+        rate_mps2[train] = chosen[train]
+
+
 @formula
 def _level(scale: float) -> tuple[int, float]:
     """Return the lower of two levels, and the weight of the upper one."""

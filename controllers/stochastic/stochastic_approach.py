@@ -20,13 +20,13 @@ from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.controllers.stochastic.approach_options import StochasticApproachOptions
 from kankaku.controllers.stochastic.approach_site import MeetingCalls, PlatformSite, approach_site
 from kankaku.controllers.stochastic.belief import LEVELS, WORTH_CALLS, Belief
-from kankaku.controllers.stochastic.choice import choose
+from kankaku.controllers.stochastic.choice import choose, choose_into
 from kankaku.controllers.stochastic.merging import NOWHERE_M, points_left_m, starting, stays
 from kankaku.controllers.stochastic.run_in import Costs, run_in_cap_mps
 from kankaku.controllers.stochastic.site_tables import NO_SITE, SiteTables, tables_of
 from kankaku.controllers.stochastic.waiting import Tables, times_of
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.compiled import Plain, formula, plain
 from kankaku.railway.motion.kinematics import two_stage_speed_mps
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import Lasting, LayerSteps
@@ -134,31 +134,28 @@ class StochasticApproach:
             memory = self._with_events(state, memory)
         if changed or state.time_s >= memory.decided_s + DECIDE_S - ROUNDING_S:
             memory = self._decide(state, authority, memory)
-        told, _, _ = _follow(
-            state.instant,
-            tuple(authority[:5]),
-            (memory.cap_mps, memory.stays, self._rates),
-            (memory.planned_mps, memory.rate_mps2, memory.decided_s),
-        )
+        told, followed = _untold(state), (memory.cap_mps, memory.stays, self._rates)
+        _follow(state.instant, tuple(authority[:5]), followed, _followed(memory), told)
         return Advice(*told), memory
 
     def steps(self, state: LineState, memory: ReleasePlans) -> LayerSteps:
         """Return the compiled step, in which accelerations are chosen, too, as far as it can."""
-        del state
-        followed = memory.cap_mps, memory.stays, self._rates
-        after = memory.planned_mps, memory.rate_mps2, memory.decided_s
+        told, followed = _untold(state), (memory.cap_mps, memory.stays, self._rates)
+        before = _followed(memory)
         sites, stack = self._site_numbers(memory.approaches), self._tables.stack
         if not stack or np.isfinite(memory.points_left_m).any() or memory.stays.any():
             until_s = memory.decided_s + DECIDE_S - ROUNDING_S
-            return LayerSteps(_follow, followed, after, until_s)
+            return LayerSteps(_follow_on, followed, before, told, until_s)
         known = memory.called, self._known
         chosen = known, (sites, memory.scale, self._certain), (stack, self._costs)
-        return LayerSteps(_choose_and_follow, (followed, chosen), after, np.inf)
+        return LayerSteps(_choose_and_follow, (followed, chosen), before, told, np.inf)
 
     def resumed(self, memory: ReleasePlans, after: Plain) -> ReleasePlans:
         """Return the memory after a bundle of steps."""
         planned_mps, rate_mps2, decided_s = after
-        return memory._replace(planned_mps=planned_mps, rate_mps2=rate_mps2, decided_s=decided_s)
+        return memory._replace(
+            planned_mps=planned_mps, rate_mps2=rate_mps2, decided_s=float(decided_s[0])
+        )
 
     def _decide(self, state: LineState, authority: Authority, memory: ReleasePlans) -> ReleasePlans:
         sites = self._site_numbers(memory.approaches)
@@ -288,22 +285,36 @@ def _with(values: FloatArray, row: int, value: float) -> FloatArray:
     return changed
 
 
-@compiled
+def _untold(state: LineState) -> Plain:
+    """Return the advice before any was told."""
+    size = state.leader.size
+    reason = np.full(size, NO_REASON, dtype=np.intp)
+    return np.full(size, NO_CEILING_MPS), reason, state.leader.copy()
+
+
+def _followed(memory: ReleasePlans) -> Plain:
+    """Return what changes while accelerations are followed."""
+    return memory.planned_mps, memory.rate_mps2, np.array([memory.decided_s])
+
+
+@formula
 def _ceilings(
     whereabouts: Plain,
     ends: tuple[FloatArray, IntArray],
     ahead: tuple[FloatArray, IntArray, BoolArray, BoolArray],
     plans: tuple[FloatArray, FloatArray, FloatArray, BoolArray],
     rates: tuple[float, float, float, float],
-) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return ceilings, why, and for what."""
+    told: tuple[FloatArray, IntArray, IntArray],
+) -> None:
+    """Write ceilings, why, and for what."""
     trains, (eoa_m, eoa_by) = Whereabouts(*whereabouts), ends
     stop_m, leader, follows, running = ahead
     cap_mps, planned_mps, rate_mps2, stay = plans
     acceleration_mps2, brake_mps2, step_s, since_s = rates
-    ceiling_mps = np.full(stop_m.size, NO_CEILING_MPS)
-    reason, cause = np.full(stop_m.size, NO_REASON), leader.copy()
+    ceiling_mps, reason, cause = told
     for train in trains.rows:
+        ceiling_mps[train], reason[train] = NO_CEILING_MPS, NO_REASON
+        cause[train] = leader[train]
         if not running[train]:
             continue
         if stay[train]:
@@ -324,31 +335,50 @@ def _ceilings(
         held = two_stage_speed_mps(gap_m, leader_mps, acceleration_mps2, brake_mps2)
         if held <= ceiling_mps[train]:
             ceiling_mps[train], reason[train], cause[train] = held, QUEUE, eoa_by[train]
-    return ceiling_mps, reason, cause
 
 
-@compiled
-def _follow(
-    instant: Plain, authority: Plain, fields: Plain, memory: Plain
-) -> tuple[Plain, Plain, bool]:
+@formula
+def _follow(instant: Plain, authority: Plain, fields: Plain, memory: Plain, told: Plain) -> None:
+    """Write the advice by the accelerations that were chosen last."""
     now_s, whereabouts, _, lasting = instant
     (eoa_m, _, _, eoa_by, _), known = authority, Lasting(*lasting)
     (cap_mps, stay, rates), (planned_mps, rate_mps2, decided_s) = fields, memory
     running = Whereabouts(*whereabouts).running
     ahead = known.stop_m, known.leader, known.follows, running
-    plans, since = (cap_mps, planned_mps, rate_mps2, stay), now_s - decided_s
+    plans, since = (cap_mps, planned_mps, rate_mps2, stay), now_s - decided_s[0]
     figures = rates[0], rates[1], rates[2], since
-    return _ceilings(whereabouts, (eoa_m, eoa_by), ahead, plans, figures), memory, False
+    _ceilings(whereabouts, (eoa_m, eoa_by), ahead, plans, figures, told)
 
 
-@compiled
+@formula
+def _remember(memory: Plain, after: Plain) -> None:
+    for train in range(memory[0].size):
+        after[0][train], after[1][train] = memory[0][train], memory[1][train]
+    after[2][0] = memory[2][0]
+
+
+@formula
+def _follow_on(
+    instant: Plain, authority: Plain, fields: Plain, memory: Plain, after: Plain, told: Plain
+) -> bool:
+    _remember(memory, after)
+    _follow(instant, authority, fields, after, told)
+    return False
+
+
+@formula
 def _choose_and_follow(
-    instant: Plain, authority: Plain, fields: Plain, memory: Plain
-) -> tuple[Plain, Plain, bool]:
+    instant: Plain, authority: Plain, fields: Plain, memory: Plain, after: Plain, told: Plain
+) -> bool:
     now_s, whereabouts, _, _ = instant
     followed, (known, approaching, tables) = fields
-    if now_s >= memory[2] + DECIDE_S - ROUNDING_S:
-        rate_mps2 = choose(now_s, whereabouts, known, approaching, tables)
+    _remember(memory, after)
+    if now_s >= memory[2][0] + DECIDE_S - ROUNDING_S:
+        choose_into(now_s, whereabouts, known, approaching, tables, after[1])
         # The speeds themselves go on changing.
-        memory = Whereabouts(*whereabouts).speed_mps.copy(), rate_mps2, now_s
-    return _follow(instant, authority, followed, memory)
+        speed_mps = Whereabouts(*whereabouts).speed_mps
+        for train in range(speed_mps.size):
+            after[0][train] = speed_mps[train]
+        after[2][0] = now_s
+    _follow(instant, authority, followed, after, told)
+    return False

@@ -1,8 +1,10 @@
 """Takes the steps between events in one go, where engine and layers offer it."""
 
-from typing import Any
+from typing import Any, TypeAlias
 
-from kankaku.railway.compiled import plain
+import numpy as np
+
+from kankaku.railway.compiled import Plain, plain
 from kankaku.railway.loop.compiled_loop import steps_of
 from kankaku.railway.loop.recorder import Recorder
 from kankaku.railway.loop.supervising import Supervising
@@ -11,6 +13,10 @@ from kankaku.railway.step.bundles import LayerSteps, offered
 from kankaku.railway.step.control import Controller
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.railway.step.state import LineState
+
+_Remembering: TypeAlias = tuple[LayerSteps, tuple[Plain, Plain]]
+"""A layer's steps, and arrays for its memory before and after a step, which take turns."""
+_Prepared: TypeAlias = tuple[_Remembering, _Remembering, LayerSteps]
 
 
 class Bundling:
@@ -50,7 +56,7 @@ class Bundling:
             for layer, method in zip(self._layers, ("authorise", "advise", "command"), strict=True)
         )
         """Whether all of them offer compiled steps."""
-        self._prepared: tuple[LayerSteps, LayerSteps, LayerSteps] | None = None
+        self._prepared: _Prepared | None = None
 
     def asked_in_python(self) -> None:
         """Take note that the layers have made a step of their own."""
@@ -90,44 +96,54 @@ class Bundling:
             return 0, memories
         if self._prepared is None:
             self._prepared = self._prepare(state, memories)
-        protect, advise, drive = self._prepared
-        until_s = min(self._until_s, quiet_s, protect.until_s, advise.until_s)
+        (guarding, permitted), (operating, planned), driving = self._prepared
+        until_s = min(self._until_s, quiet_s, guarding.until_s, operating.until_s)
         watched = self._tracker.watched(until_s)
         if seen.time_s >= watched.until_s:
             return 0, memories
         most, kept, sampling = self._recorder.space()
-        loop = steps_of(protect.function, advise.function, drive.function)
-        taken, front_m, speed_mps, told_mps, permitted, planned, samples, until_sample = loop(
-            (seen.front_m, seen.speed_mps),
-            (plain(span._replace(time_s=span.time_s[:most])), tuple(watched), state.lasting),
-            ((protect.fields, protect.memory), (advise.fields, advise.memory), drive.fields),
+        front_m, speed_mps = seen.front_m.copy(), seen.speed_mps.copy()
+        trains = front_m, front_m - watched.length_m, speed_mps, state.clear_to_m.copy()
+        commanded_mps = np.empty((min(most, span.time_s.size), span.rows.size))
+        loop = steps_of(guarding.function, operating.function, driving.function)
+        taken, samples, until_sample = loop(
+            trains,
+            (plain(span), tuple(watched), state.lasting),
+            (
+                (guarding.fields, *permitted, guarding.told),
+                (operating.fields, *planned, operating.told),
+                (driving.fields, driving.told),
+            ),
+            commanded_mps,
             tuple(kept),
             tuple(sampling),
         )
         if not taken:
             return 0, memories
         self._recorder.wrote(taken, sampling, samples, until_sample)
-        self._engine.moved(told_mps, front_m, speed_mps)
-        self._prepared = (
-            protect._replace(memory=permitted),
-            advise._replace(memory=planned),
-            drive,
-        )
+        self._engine.moved(commanded_mps[:taken], front_m, speed_mps)
+        if taken % 2:
+            permitted, planned = permitted[::-1], planned[::-1]
+        self._prepared = (guarding, permitted), (operating, planned), driving
         protection, operation = self._layers[:2]
         return taken, (
-            protection.resumed(memories[0], permitted),
-            operation.resumed(memories[1], planned),
+            protection.resumed(memories[0], permitted[0]),
+            operation.resumed(memories[1], planned[0]),
         )
 
-    def _prepare(
-        self, state: LineState, memories: tuple[Any, Any]
-    ) -> tuple[LayerSteps, LayerSteps, LayerSteps]:
+    def _prepare(self, state: LineState, memories: tuple[Any, Any]) -> _Prepared:
         protection, operation, drive = self._layers
+        guarding = protection.steps(state, memories[0])
+        operating = operation.steps(state, memories[1])
         return (
-            protection.steps(state, memories[0]),
-            operation.steps(state, memories[1]),
+            (guarding, (_copied(guarding.memory), _copied(guarding.memory))),
+            (operating, (_copied(operating.memory), _copied(operating.memory))),
             drive.steps(state),
         )
+
+
+def _copied(memory: Plain) -> Plain:
+    return tuple(_copied(part) if isinstance(part, tuple) else part.copy() for part in memory)
 
 
 def nothing_happened(seen: Observation) -> bool:

@@ -4,13 +4,10 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled_with, formula
+from kankaku.railway.compiled import Plain, formula, formula_with
 from kankaku.railway.step.bundles import Lasting, Span
 from kankaku.railway.step.reasons import REASON_OF_BOUND, explain
-from kankaku.railway.wayside.leaders import lower_to_tails
 
 
 class Watched(NamedTuple):
@@ -82,10 +79,9 @@ def _is_trackers(
         if speed_mps[row] > 0.0:
             return True
     for row in watched.rows:
-        if tail_m[row] >= watched.next_clear_m[row]:
+        if tail_m[row] >= min(watched.next_clear_m[row], watched.tail_watch_m[row]):
             return True
-    for row in range(tail_m.size):
-        if front_m[row] >= watched.front_watch_m[row] or tail_m[row] >= watched.tail_watch_m[row]:
+        if front_m[row] >= watched.front_watch_m[row]:
             return True
     return False
 
@@ -100,17 +96,29 @@ def _is_event(
 
 
 @formula
+def _clear(watched: Watched, lasting: Lasting, tail_m: FloatArray, clear_to_m: FloatArray) -> None:
+    """Work out how far the way of each train is clear."""
+    for row in watched.rows:
+        clear_to_m[row] = lasting.granted_to_m[row]
+        if lasting.follows[row]:
+            clear_to_m[row] = min(clear_to_m[row], tail_m[lasting.leader[row]])
+
+
+@formula
 def _move(
     span: Span,
-    front_m: FloatArray,
-    speed_mps: FloatArray,
+    watched: Watched,
+    trains: tuple[FloatArray, FloatArray, FloatArray],
     next_mps: FloatArray,
     told_mps: FloatArray,
 ) -> None:
     """Move the running trains by a step of constant acceleration, and note what was commanded."""
-    for row in span.rows:
-        told_mps[row] = next_mps[row]
+    front_m, tail_m, speed_mps = trains
+    for place in range(span.rows.size):
+        row = span.rows[place]
+        told_mps[place] = next_mps[row]
         front_m[row] += 0.5 * (speed_mps[row] + next_mps[row]) * span.step_s
+        tail_m[row] = front_m[row] - watched.length_m[row]
         speed_mps[row] = next_mps[row]
 
 
@@ -118,25 +126,15 @@ def _move(
 def _keep(
     kept: BlockRows,
     at: int,
-    front_m: FloatArray,
-    speed_mps: FloatArray,
+    trains: tuple[FloatArray, FloatArray, IntArray],
     ends: tuple[FloatArray, FloatArray],
 ) -> None:
-    """Record the start of a step."""
+    """Record the start of a step; of trains that are not on the line, where they are."""
+    front_m, speed_mps, rows = trains
     for row in range(front_m.size):
         kept.front_m[at, row], kept.speed_mps[at, row] = front_m[row], speed_mps[row]
+    for row in rows:
         kept.eoa_m[at, row], kept.delay_s[at, row] = ends[0][row], ends[1][row]
-
-
-@formula
-def _sample(
-    sampling: Sampling, at: int, found: IntArray, reason: IntArray, bound: IntArray
-) -> None:
-    """Keep why trains are as fast as they are."""
-    for row in range(reason.size):
-        sampling.asked[at, 0, row], sampling.asked[at, 1, row] = reason[row], bound[row]
-        for part in range(3):
-            sampling.found[at, part, row] = found[part, row]
 
 
 @cache
@@ -154,54 +152,59 @@ def steps_of(
     Returns
     -------
     Callable[..., Any]
-        Compiled at its first call. It takes fronts and speeds, a span, what is watched and what
-        lasts, plain; fields and memories of the layers, the drive's fields; and where it writes.
-        It returns how many steps it took, the fronts and speeds after the last of them, what was
-        commanded, shape (n_steps, n_trains), both memories, how many samples it took, and the
-        steps from then to the next one.
+        Compiled at its first call. It takes fronts, tails, speeds and an array for clear ways; a
+        span, what is watched and what lasts, plain; of protection and operation the fields, the
+        memory, another one like it, and what it tells, and of the drive the fields and what it
+        tells; an array for what is commanded, shape (n_steps, n_running); and where it writes. It
+        returns how many steps it took, how many samples, and the steps from then to the next one.
+        Fronts, tails and speeds are then those after the last step, and of the two memories the
+        other one is the newer after an odd number of steps.
     """
 
     def bundle(
-        start: tuple[FloatArray, FloatArray],
+        trains: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
         plains: tuple[Plain, Plain, Plain],
-        layers: tuple[tuple[Plain, Plain], tuple[Plain, Plain], Plain],
+        layers: tuple[Plain, Plain, Plain],
+        told_mps: FloatArray,
         kept_fields: Plain,
         sampling_fields: Plain,
-    ) -> tuple[int, FloatArray, FloatArray, FloatArray, Plain, Plain, int, int]:
+    ) -> tuple[int, int, int]:
         span, watched, lasting = Span(*plains[0]), Watched(*plains[1]), Lasting(*plains[2])
         kept, sampling = BlockRows(*kept_fields), Sampling(*sampling_fields)
-        (guarding, permitted), (operating, planned), driving = layers
-        front_m, speed_mps = start[0].copy(), start[1].copy()
+        guarding, permitted, permitted_after, authority = layers[0]
+        operating, planned, planned_after, advice = layers[1]
+        driving, told = layers[2]
+        front_m, tail_m, speed_mps, clear_to_m = trains
+        whereabouts = front_m, tail_m, speed_mps, watched.present, watched.running, watched.rows
         until_s = min(span.until_s, watched.until_s)
-        most = span.time_s.size
-        told_mps = np.zeros((most, front_m.size))
         taken, samples, until_sample = 0, 0, sampling.until_sample
-        for step in range(most):
-            now_s, tail_m = span.time_s[step], front_m - watched.length_m
+        for step in range(told_mps.shape[0]):
+            now_s = span.time_s[step]
             if now_s >= until_s or _is_event(span, watched, front_m, tail_m, speed_mps):
                 break
-            clear_to_m = lasting.granted_to_m.copy()
-            lower_to_tails(clear_to_m, tail_m, lasting.leader, lasting.follows)
-            masks = watched.present, watched.running, watched.rows
-            trains = (front_m, tail_m, speed_mps, *masks)
-            instant = now_s, trains, clear_to_m, plains[2]
-            authority, permitted_after = protect(instant, guarding, permitted)
-            advice, planned_after, asks = advise(instant, authority, operating, planned)
-            if asks:
+            _clear(watched, lasting, tail_m, clear_to_m)
+            instant = now_s, whereabouts, clear_to_m, plains[2]
+            protect(instant, guarding, permitted, permitted_after, authority)
+            if advise(instant, authority, operating, planned, planned_after, advice):
                 break
-            permitted, planned = permitted_after, planned_after
-            next_mps, bound = command(instant, authority, advice, driving)
+            command(instant, authority, advice, driving, told)
+            permitted, permitted_after = permitted_after, permitted
+            planned, planned_after = planned_after, planned
             kept.time_s[kept.at + step] = now_s
-            _keep(kept, kept.at + step, front_m, speed_mps, (authority[0], authority[2]))
+            places = front_m, speed_mps, watched.rows
+            _keep(kept, kept.at + step, places, (authority[0], authority[2]))
             if until_sample == 0:
-                causes = (authority[3], authority[4]), (advice[1], advice[2])
-                found = explain(watched.running, bound, *causes, REASON_OF_BOUND)
-                _sample(sampling, samples, found, advice[1], bound)
+                why = told[1], (authority[3], authority[4]), (advice[1], advice[2])
+                explain(
+                    watched.running, watched.rows, why, REASON_OF_BOUND, sampling.found[samples]
+                )
+                for row in watched.rows:
+                    sampling.asked[samples, 0, row] = advice[1][row]
+                    sampling.asked[samples, 1, row] = told[1][row]
                 samples, until_sample = samples + 1, sampling.every
             until_sample -= 1
-            _move(span, front_m, speed_mps, next_mps, told_mps[step])
+            _move(span, watched, (front_m, tail_m, speed_mps), told[0], told_mps[step])
             taken += 1
-        told_mps = told_mps[:taken]
-        return taken, front_m, speed_mps, told_mps, permitted, planned, samples, until_sample
+        return taken, samples, until_sample
 
-    return compiled_with(bundle, protect, advise, command)
+    return formula_with(bundle, protect, advise, command)

@@ -163,7 +163,7 @@ class PlainEngine:
         Parameters
         ----------
         commands_mps
-            What was commanded in each step. [m/s], shape (n_steps, n_trains)
+            What was commanded in each step to those who run. [m/s], shape (n_steps, n_running)
         front_m, speed_mps
             Fronts and speeds after the last one. [m], [m/s], shape (n_trains,)
         """

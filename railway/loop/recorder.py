@@ -8,9 +8,9 @@ from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.loop.compiled_loop import BlockRows, Sampling
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Command, Controller
-from kankaku.railway.step.reasons import Reasons
+from kankaku.railway.step.reasons import Reasons, nothing_found
 from kankaku.railway.step.records import Trajectory
-from kankaku.railway.step.state import NO_VERSION, Advice, Authority, LineState, Reason
+from kankaku.railway.step.state import NO_REASON, NO_VERSION, Advice, Authority, LineState, Reason
 from kankaku.railway.step.step_block import BLOCK_STEPS, Examiner, StepBlock
 
 DWELLING = int(Reason.DWELLING)
@@ -31,7 +31,7 @@ class Recorder:
         self._examiners = examiners
         shape = (BLOCK_STEPS + 1, world.size)
         self._time_s = np.empty(BLOCK_STEPS + 1)
-        self._front_m, self._speed_mps, self._eoa_m, self._delay_s = np.empty((4, *shape))
+        self._front_m, self._speed_mps, self._eoa_m, self._delay_s = np.zeros((4, *shape))
         self._heard_s = np.empty(shape)
         self._without_radio_s = np.full(world.size, np.inf)
         self._next_call = np.empty(shape, dtype=np.intp)
@@ -110,8 +110,8 @@ class Recorder:
         steps = BLOCK_STEPS + 1 - at
         size, most = self._front_m.shape[1], steps // every + 1
         arrays = self._time_s, self._front_m, self._speed_mps, self._eoa_m, self._delay_s
-        found = np.empty((most, 3, size), dtype=np.intp)
-        asked = np.empty((most, 2, size), dtype=np.intp)
+        found, asked = nothing_found(most, size), np.zeros((most, 2, size), dtype=np.intp)
+        asked[:, 0] = NO_REASON
         return steps, BlockRows(at, *arrays), Sampling(self._until_sample, every, found, asked)
 
     def wrote(self, steps: int, sampling: Sampling, samples: int, until_sample: int) -> None:

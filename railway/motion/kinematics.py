@@ -77,7 +77,11 @@ def next_speed_mps(speed_mps: float, square_m2ps2: float, loss_mps: float, lag_m
 
 @formula
 def rising_speed_mps(
-    speed_mps: float, square_m2ps2: float, losses_mps: tuple[float, float], rise_mps: float
+    speed_mps: float,
+    square_m2ps2: float,
+    losses_mps: tuple[float, float],
+    rise_mps: float,
+    enough_mps: float = np.inf,
 ) -> float:
     r"""
     Return :func:`next_speed_mps` for a brake that builds up.
@@ -103,6 +107,9 @@ def rising_speed_mps(
     rise_mps
         Greatest growth of the speed lost from step to step; infinite for a brake that is whole at
         once. [m/s]
+    enough_mps
+        Who may be faster than this need not know by how much: then any higher speed is returned,
+        as that of :func:`next_speed_mps`. [m/s]
 
     Returns
     -------
@@ -114,6 +121,9 @@ def rising_speed_mps(
     braked = max(speed_mps - loss_mps, 0.0)
     if rise_mps == np.inf or after <= braked:
         return after
+    figures = speed_mps, square_m2ps2, loss_mps, lag_mps, rise_mps
+    if enough_mps < after and _over_curve(max(enough_mps, braked), figures)[0] < 0.0:
+        return after
     if braked > 0.0:
         # Nobody who builds up by more has any room left.
         room = square_m2ps2 - braked * braked - loss_mps * (speed_mps + braked)
@@ -121,21 +131,31 @@ def rising_speed_mps(
         after = min(after, braked + math.sqrt(max(rise_mps * room / braked, 0.0)))
     # Convex and rising from here down: Newton's steps fall towards the root.
     for _ in range(NEWTON_STEPS):
-        missing = loss_mps + after - speed_mps
-        excess = after * after + loss_mps * (speed_mps + after) + 2.0 * lag_mps * after
-        excess += missing * missing / rise_mps * after - square_m2ps2
-        slope = 2.0 * after + loss_mps + 2.0 * lag_mps
-        slope += missing * (missing + 2.0 * after) / rise_mps
-        # What does not grow with the speed counts only from a strong acceleration on.
-        over = 0.75 * missing - loss_mps
-        if over > 0.0:
-            excess += missing**3 * over / (3.0 * rise_mps**2)
-            slope += missing**2 * (over + 0.25 * missing) / rise_mps**2
+        excess, slope = _over_curve(after, figures)
         step = excess / slope
         after = max(after - step, braked)
         if step < NEAR_MPS or after <= braked:
             break
     return after
+
+
+@formula
+def _over_curve(
+    after: float, figures: tuple[float, float, float, float, float]
+) -> tuple[float, float]:
+    """Return by how much a speed after a step is over the curve [m2/s2], and its slope. [m/s]"""
+    speed_mps, square_m2ps2, loss_mps, lag_mps, rise_mps = figures
+    missing = loss_mps + after - speed_mps
+    excess = after * after + loss_mps * (speed_mps + after) + 2.0 * lag_mps * after
+    excess += missing * missing / rise_mps * after - square_m2ps2
+    slope = 2.0 * after + loss_mps + 2.0 * lag_mps
+    slope += missing * (missing + 2.0 * after) / rise_mps
+    # What does not grow with the speed counts only from a strong acceleration on.
+    over = 0.75 * missing - loss_mps
+    if over > 0.0:
+        excess += missing**3 * over / (3.0 * rise_mps**2)
+        slope += missing**2 * (over + 0.25 * missing) / rise_mps**2
+    return excess, slope
 
 
 def two_stage_brake_mps2(acceleration_mps2: float, brake_mps2: float) -> float:

@@ -9,16 +9,19 @@ tables are the same to the last bit either way.
 The signatures of compiled steps, with plain tuples throughout (see
 :func:`kankaku.railway.compiled.plain`)::
 
-    protection(instant, fields, memory) -> (authority, memory)
-    operation(instant, authority, fields, memory) -> (advice, memory, asks)
-    drive(instant, authority, advice, fields) -> (speed_mps, bound)
+    protection(instant, fields, memory, after, told)
+    operation(instant, authority, fields, memory, after, told) -> asks
+    drive(instant, authority, advice, fields, told)
 
 ``instant`` is the time, the fields of :class:`~kankaku.railway.step.state.Whereabouts`, how far the
 way of each train is clear, and the fields of :class:`Lasting`;
 ``authority`` are the first five fields of :class:`~kankaku.railway.step.state.Authority`,
-``advice`` those of :class:`~kankaku.railway.step.state.Advice`. What steps are given they do not
-write to, but for what the drive remembers. ``asks`` says that the operation has to be asked in
-Python in this step; then nothing of the step counts.
+``advice`` those of :class:`~kankaku.railway.step.state.Advice`. Steps make no arrays: they write
+what they tell into ``told``, and what they remember into ``after``, which holds something older;
+what is told of trains that are not on the line may stay as it is. The drive tells the speeds at the
+end of the step and what bounds them. Beside that they write to nothing, but for what the drive
+remembers. ``asks`` says that the operation has to be asked in Python in this step; then nothing of
+the step counts.
 """
 
 from typing import Any, NamedTuple
@@ -43,11 +46,13 @@ class LayerSteps(NamedTuple):
     """The compiled step of a layer, and what it works on."""
 
     function: Any
-    """Compiled; with the signature that this module names."""
+    """From :func:`~kankaku.railway.compiled.formula`; with the signature that this module names."""
     fields: Plain
     """What stays until the layer is asked in Python."""
     memory: Plain
-    """What may change in every step."""
+    """What may change in every step: arrays, which stay as they are."""
+    told: Plain
+    """Arrays to write to what it tells; with what is told of trains that are not on the line."""
     until_s: float
     """From this time on the layer wants to be asked in Python. [s]"""
 

@@ -72,7 +72,10 @@ class Command(NamedTuple):
     speed_mps: FloatArray
     """Speed at the end of the step. [m/s], shape (n_trains,)"""
     bounds_mps: FloatArray
-    """The bounds that it is the least of; rows as the drive documents. (n_bounds, n_trains)"""
+    """The bounds that it is the least of; rows as the drive documents. (n_bounds, n_trains)
+
+    One that nobody can reach may be higher than it is.
+    """
     bound: IntArray
     """The one that counts for each train, as a :class:`Bound`. shape (n_trains,)"""
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, IntArray
-from kankaku.railway.compiled import compiled, formula
+from kankaku.railway.compiled import formula
 from kankaku.railway.errors import KankakuError
 from kankaku.railway.step.control import Bound, Command, Controller
 from kankaku.railway.step.state import (
@@ -146,13 +146,11 @@ class Reasons:
             beside the track.
         """
         self._check(advice.reason, command.bound)
-        found = explain(
-            state.running,
-            command.bound,
-            (authority.eoa_by, authority.ceiling_by),
-            (advice.reason, advice.cause),
-            REASON_OF_BOUND,
-        )
+        found = nothing_found(1, state.running.size)[0]
+        behind = authority.eoa_by, authority.ceiling_by
+        why = command.bound, behind, (advice.reason, advice.cause)
+        rows = np.flatnonzero(state.present)
+        explain(state.running, rows, why, REASON_OF_BOUND, found)
         self._check_causes(found[2])
         return found
 
@@ -193,40 +191,55 @@ def _unexplained(reason: IntArray, bound: IntArray, words: int) -> int:
     return -1
 
 
-@compiled
+def nothing_found(samples: int, size: int) -> IntArray:
+    """
+    Return what :func:`explain` writes to.
+
+    Parameters
+    ----------
+    samples
+        How many samples. [-]
+    size
+        How many trains. [-]
+
+    Returns
+    -------
+    IntArray
+        All trains dwell. shape (n_samples, 3, n_trains)
+    """
+    found = np.full((samples, 3, size), NOTHING, dtype=np.intp)
+    found[:, 0] = DWELLING
+    return found
+
+
+@formula
 def explain(
     running: BoolArray,
-    bound: IntArray,
-    behind: tuple[IntArray, IntArray],
-    advice: tuple[IntArray, IntArray],
+    rows: IntArray,
+    why: tuple[IntArray, tuple[IntArray, IntArray], tuple[IntArray, IntArray]],
     reason_of_bound: IntArray,
-) -> IntArray:
+    found: IntArray,
+) -> None:
     """
-    Return why every train is as fast as it is.
+    Tell why every train is as fast as it is.
 
     Parameters
     ----------
     running
         Trains that take commands. shape (n_trains,)
-    bound
-        What counts for the drive. shape (n_trains,)
-    behind
-        What ends each way, and what makes each ceiling low. shape (n_trains,) each
-    advice
-        Reason and cause of the advice. shape (n_trains,) each
+    rows
+        Trains on the line. shape (n_present,)
+    why
+        What counts for the drive; what ends each way, and what makes each ceiling low; reason and
+        cause of the advice. shape (n_trains,) each
     reason_of_bound
         The reason of each bound that needs no second look. shape (n_bounds,)
-
-    Returns
-    -------
-    IntArray
-        As :meth:`Reasons.of`. shape (3, n_trains)
+    found
+        As :meth:`Reasons.of`; written to, as :func:`nothing_found` made it. shape (3, n_trains)
     """
-    (eoa_by, ceiling_by), (advised, advised_for) = behind, advice
-    found = np.full((3, running.size), NOTHING)
-    for train in range(running.size):
+    bound, (eoa_by, ceiling_by), (advised, advised_for) = why
+    for train in rows:
         if not running[train]:
-            found[0, train] = DWELLING
             continue
         found[0, train] = reason_of_bound[bound[train]]
         if bound[train] == ADVICE:
@@ -239,4 +252,3 @@ def explain(
                 found[0, train] = LINE_LIMIT
             else:
                 found[0, train] = TRAIN_AHEAD if by > NOTHING else OBSTRUCTION_AHEAD
-    return found

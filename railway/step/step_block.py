@@ -7,7 +7,7 @@ import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 
-BLOCK_STEPS = 300
+BLOCK_STEPS = 1000
 
 
 class StepBlock(NamedTuple):

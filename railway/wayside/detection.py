@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.compiled import Plain, compiled, formula, plain
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import NOTHING, LineState, Whereabouts
 from kankaku.railway.wayside.looking import (
@@ -227,9 +227,18 @@ class Detection:
         """
         if state.time_s < before.until_s and not state.events:
             return before
-        due = before._replace(until_s=-np.inf)
         granted = state.granted_to_m, state.granted_by
-        return Sight(*look(state.time_s, state.whereabouts, granted, self.fields, tuple(due)))
+        trains = state.front_m, state.tail_m, state.present
+        known = before.looked_s, before.touched_s, before.touched_by
+        *seen, until_s = look_ahead(
+            state.time_s,
+            (*trains, *granted, self.route, np.flatnonzero(state.present)),
+            (state.speed_mps, state.running),
+            self._plain,
+            known,
+            self.fields[2],
+        )
+        return Sight(state.time_s, *seen, until_s)
 
     def boundary_m(self, row: int, tiling: Tiling, place_m: FloatArray) -> FloatArray:
         """
@@ -272,16 +281,52 @@ class Detection:
         return slice(int(tiling.first[route]), int(tiling.first[route + 1]))
 
 
-@compiled
+def plain_sight(sight: Sight) -> Plain:
+    """
+    Return a sight as compiled steps remember it.
+
+    Parameters
+    ----------
+    sight
+        What was seen.
+
+    Returns
+    -------
+    Plain
+        Arrays: both times, and the rest of :class:`Sight`.
+    """
+    times_s = np.array([sight.looked_s, sight.until_s])
+    return times_s, sight.touched_s, sight.touched_by, sight.danger_m, sight.danger_by
+
+
+def sight_of(remembered: Plain) -> Sight:
+    """
+    Return what a compiled step remembers as a sight.
+
+    Parameters
+    ----------
+    remembered
+        Of :func:`plain_sight`, or of :func:`look`.
+
+    Returns
+    -------
+    Sight
+        What was seen.
+    """
+    times_s, *seen = remembered
+    return Sight(float(times_s[0]), *seen, float(times_s[1]))
+
+
+@formula
 def look(
     now_s: float,
     whereabouts: Plain,
     granted: tuple[FloatArray, IntArray],
     fields: Plain,
-    before: Plain,
-) -> Plain:
+    sights: tuple[Plain, Plain],
+) -> None:
     """
-    Return how far the way of every train is free, looking again only where that may have changed.
+    Write how far the way of every train is free, looking again only where that may have changed.
 
     Parameters
     ----------
@@ -293,26 +338,39 @@ def look(
         How far the way of each train is granted [m], and what is there. shape (n_trains,) each
     fields
         :attr:`Detection.fields`.
-    before
-        Of :class:`Sight`, plain: what was seen a step ago.
-
-    Returns
-    -------
-    Plain
-        Of :class:`Sight`; the same arrays where nothing can have changed.
+    sights
+        As :func:`plain_sight` returns them: what was seen a step ago, and what is written to.
     """
-    looked_s, touched_s, touched_by, _, _, until_s = before
-    if now_s < until_s:
-        return before
+    if now_s >= sights[0][0][1]:
+        _look_again(now_s, whereabouts, granted, fields, sights)
+        return
+    for part in (0, 1):
+        sights[1][0][part] = sights[0][0][part]
+    for circuit in range(sights[0][1].size):
+        sights[1][1][circuit] = sights[0][1][circuit]
+        sights[1][2][circuit] = sights[0][2][circuit]
+    for train in range(sights[0][3].size):
+        sights[1][3][train] = sights[0][3][train]
+        sights[1][4][train] = sights[0][4][train]
+
+
+@compiled
+def _look_again(
+    now_s: float,
+    whereabouts: Plain,
+    granted: tuple[FloatArray, IntArray],
+    fields: Plain,
+    sights: tuple[Plain, Plain],
+) -> None:
     (route, line, figures), trains = fields, Whereabouts(*whereabouts)
     ends = trains.front_m, trains.tail_m, trains.present
     train_fields = (*ends, granted[0], granted[1], route, trains.rows)
     moving = trains.speed_mps, trains.running
-    known = looked_s, touched_s, touched_by
-    touched_s, touched_by, danger_m, danger_by, until_s = look_ahead(
-        now_s, train_fields, moving, line, known, figures
-    )
-    return now_s, touched_s, touched_by, danger_m, danger_by, until_s
+    (before_s, touched_s, touched_by, _, _), after = sights
+    known = before_s[0], touched_s, touched_by
+    seen = look_ahead(now_s, train_fields, moving, line, known, figures)
+    after[0][0], after[0][1] = now_s, seen[4]
+    after[1][:], after[2][:], after[3][:], after[4][:] = seen[0], seen[1], seen[2], seen[3]
 
 
 def _points(world: World) -> Points:

@@ -12,7 +12,7 @@ LOOKING = "railway/wayside/looking.py"
 DRIVE = "controllers/drive.py"
 STOCK = "scenarios/binding/rolling_stock.toml"
 EMERGENCY_BRAKE = "emergency_brake_kmhps = 4.0"
-BUILDS_UP = "rising_speed_mps(speed + over, room, (loss, lag), manner.rise_mps[train])"
+BUILDS_UP = "rising_speed_mps(speed + over, room, (loss, lag), rise, pulled + over)"
 MOVING_BLOCK = "controllers/protection/moving_block.py"
 OVER_RADIO = "controllers/centre/over_radio.py"
 CONTROL_MAP = "controllers/control_map/map_protection.py"
@@ -353,7 +353,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "drive forgets that the brake builds up",
         "moving",
         (STOCK, f"{EMERGENCY_BRAKE}\n", f"{EMERGENCY_BRAKE}\nbrake_build_up_s = 3.0\n"),
-        (DRIVE, BUILDS_UP, BUILDS_UP.replace("manner.rise_mps[train]", "np.inf")),
+        (DRIVE, BUILDS_UP, BUILDS_UP.replace("rise, pulled", "np.inf, pulled")),
     ),
     _mutant(
         "ATC without idle time",
