@@ -264,9 +264,9 @@ class SumoEngine:
 
     def advance(self) -> None:
         """Move on by one step of constant acceleration."""
-        self._pending.append(self._commands_mps)
         self._front_m, self._speed_mps = self._front_m.copy(), self._speed_mps.copy()
         rows, commands_mps = self._rows_running, self._commands_mps[self._rows_running]
+        self._pending.append(commands_mps)
         self._front_m[rows] += 0.5 * (self._speed_mps[rows] + commands_mps) * self._step_s
         self._speed_mps[rows] = commands_mps
         self._steps += 1
@@ -306,7 +306,7 @@ class SumoEngine:
         Parameters
         ----------
         commands_mps
-            What was commanded in each step. [m/s], shape (n_steps, n_trains)
+            What was commanded in each step to those who run. [m/s], shape (n_steps, n_running)
         front_m, speed_mps
             Fronts and speeds after the last one. [m], [m/s], shape (n_trains,)
         """
@@ -333,7 +333,7 @@ class SumoEngine:
         """Let SUMO do what was commanded, and compare."""
         running = self._vehicles_running
         last = len(self._pending) - 1
-        commands = np.array(self._pending).take(self._rows_running, axis=1).tolist()
+        commands = [commands_mps.tolist() for commands_mps in self._pending]
         for step, commands_mps in enumerate(commands):
             # Each step anew: SUMO forgets a speed while a stop lies ahead.
             for _ in map(self._set_speed, running, commands_mps):
