@@ -146,7 +146,7 @@ class Reasons:
             beside the track.
         """
         self._check(advice.reason, command.bound)
-        found = nothing_found(1, state.running.size)[0]
+        found: IntArray = nothing_found(1, state.running.size)[0]
         behind = authority.eoa_by, authority.ceiling_by
         why = command.bound, behind, (advice.reason, advice.cause)
         rows = np.flatnonzero(state.present)

@@ -230,7 +230,7 @@ class Detection:
         granted = state.granted_to_m, state.granted_by
         trains = state.front_m, state.tail_m, state.present
         known = before.looked_s, before.touched_s, before.touched_by
-        *seen, until_s = look_ahead(
+        seen = look_ahead(
             state.time_s,
             (*trains, *granted, self.route, np.flatnonzero(state.present)),
             (state.speed_mps, state.running),
@@ -238,7 +238,7 @@ class Detection:
             known,
             self.fields[2],
         )
-        return Sight(state.time_s, *seen, until_s)
+        return Sight(state.time_s, *seen)
 
     def boundary_m(self, row: int, tiling: Tiling, place_m: FloatArray) -> FloatArray:
         """
@@ -313,8 +313,9 @@ def sight_of(remembered: Plain) -> Sight:
     Sight
         What was seen.
     """
-    times_s, *seen = remembered
-    return Sight(float(times_s[0]), *seen, float(times_s[1]))
+    times_s, touched_s, touched_by, danger_m, danger_by = remembered
+    looked_s, until_s = times_s.tolist()
+    return Sight(looked_s, touched_s, touched_by, danger_m, danger_by, until_s)
 
 
 @formula
