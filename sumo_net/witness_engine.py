@@ -1,6 +1,5 @@
 """The engine that keeps all stops itself: trains move as commanded, and SUMO is a witness."""
 
-from collections.abc import Iterable
 from types import TracebackType
 from typing import Self
 
@@ -74,8 +73,8 @@ class WitnessEngine(PlainEngine):
         """Trains that have entered since SUMO looked last."""
         self._leaves_sumo: set[int] = set()
         """Trains that have left since then."""
-        self._shown: IntArray = np.zeros(0, dtype=np.intp)
-        self._vehicles_shown: list[str] = []
+        self._shown: list[int] = []
+        """Who is in SUMO, rising."""
         self._seen_m: FloatArray = np.zeros(world.size)
         """Where each front was when SUMO looked last. [m]"""
         self._inserted_m = np.zeros(world.size)
@@ -97,6 +96,9 @@ class WitnessEngine(PlainEngine):
         self._set_before = bare(vehicle, "setPreviousSpeed")
         self._set_after = bare(vehicle, "setSpeed")
         self._get_distance = bare(vehicle, "getDistance")
+        self._advance = bare(sumo.simulation, "step")
+        self._arrived = bare(sumo.simulation, "getArrivedIDList")
+        self._collisions = bare(sumo.simulation, "getCollisions")
         for train_type in set(self._types):
             disarm(sumo, train_type)
         for rising, falling in twins(self._world.line).items():
@@ -128,7 +130,8 @@ class WitnessEngine(PlainEngine):
         self._waits_for_sumo |= set(seen.entered)
         self._leaves_sumo |= set(seen.left)
         if self._steps and not self._steps % self._steps_per_look:
-            self._look(seen.time_s, seen.front_m, seen.speed_mps)
+            rows = self._looked_at()
+            self._look([seen.time_s], rows, seen.front_m[rows][None], seen.speed_mps[rows][None])
         if self._fresh:
             seen = seen._replace(collided=tuple(sorted(self._fresh)))
             self._fresh = set()
@@ -156,65 +159,88 @@ class WitnessEngine(PlainEngine):
         front_m, speed_mps
             Fronts and speeds after the last one. [m], [m/s], shape (n_trains,)
         """
-        first, steps, rows = self._steps, len(commands_mps), self._rows
-        to_look = self._steps_per_look - first % self._steps_per_look
-        if to_look < steps:
-            speeds_mps = np.vstack([self._speed_mps[rows], commands_mps])
+        first, steps, running = self._steps, len(commands_mps), self._rows
+        after = np.arange(self._steps_per_look - first % self._steps_per_look, steps)
+        after = after[:: self._steps_per_look]
+        if after.size:
+            speeds_mps = np.vstack([self._speed_mps[running], commands_mps])
             gone_m = 0.5 * self._step_s * np.cumsum(speeds_mps[:-1] + speeds_mps[1:], axis=0)
-            for after in range(to_look, steps, self._steps_per_look):
-                there_m, then_mps = self._front_m.copy(), self._speed_mps.copy()
-                there_m[rows] += gone_m[after - 1]
-                then_mps[rows] = speeds_mps[after]
-                time_s = self._begin_s + (first + after) * self._step_s
-                self._look(time_s, there_m, then_mps)
+            rows = self._looked_at()
+            there_m = np.repeat(self._front_m[rows][None], after.size, axis=0)
+            then_mps = np.repeat(self._speed_mps[rows][None], after.size, axis=0)
+            columns = np.searchsorted(rows, running)
+            there_m[:, columns] += gone_m[after - 1]
+            then_mps[:, columns] = speeds_mps[after]
+            times_s = self._begin_s + (first + after) * self._step_s
+            self._look(times_s.tolist(), rows, there_m, then_mps)
         super().moved(commands_mps, front_m, speed_mps)
 
-    def _look(self, time_s: float, front_m: FloatArray, speed_mps: FloatArray) -> None:
-        """Let SUMO follow, compare, and take note of who has collided."""
+    def _looked_at(self) -> IntArray:
+        """Return who is in SUMO, or is to be."""
+        return np.array(sorted({*self._shown, *self._waits_for_sumo}), dtype=np.intp)
+
+    def _look(
+        self, times_s: list[float], rows: IntArray, front_m: FloatArray, speed_mps: FloatArray
+    ) -> None:
+        """
+        Let SUMO follow from moment to moment, compare, and take note of who has collided.
+
+        Fronts and speeds of the rows at these moments have shape (n_moments, n_rows).
+        """
         if self._leaves_sumo:
             self._take_off_in_sumo()
-        rows = self._shown
-        self._move_in_sumo(front_m.take(rows) - self._seen_m.take(rows), speed_mps.take(rows))
-        added = sorted(self._waits_for_sumo)
-        for row in added:
-            self._add_to_sumo(row, float(front_m[row]), float(speed_mps[row]))
-        self._waits_for_sumo.clear()
-        self._sumo.simulationStep()
-        ended = [self._row_of[vehicle] for vehicle in self._sumo.simulation.getArrivedIDList()]
-        if added or ended:
-            self._show({*rows.tolist(), *added} - {*ended})
-        self._seen_m = front_m
-        self._fresh |= self._new_collisions()
-        self._looks += 1
-        # Distances add up: what is off once stays off.
-        if added or ended or self._looks % COMPARED_LOOKS == 0:
-            self._compare(time_s, front_m)
+        gone_m = np.diff(np.vstack([self._seen_m[rows], front_m]), axis=0)
+        twice_mean_mps = 2.0 * gone_m / self._period_s
+        before_mps = np.maximum(twice_mean_mps - speed_mps, 0.0)
+        after_mps = twice_mean_mps - before_mps
+        told = gone_m.tolist(), before_mps.tolist(), after_mps.tolist()
+        vehicles = self._told_in(rows)
+        for at, time_s in enumerate(times_s):
+            self._move_in_sumo(vehicles, told[0][at], told[1][at], told[2][at])
+            added = sorted(self._waits_for_sumo)
+            for row in added:
+                column = int(np.searchsorted(rows, row))
+                self._add_to_sumo(row, float(front_m[at, column]), float(speed_mps[at, column]))
+            self._waits_for_sumo.clear()
+            self._advance()
+            ended = [self._row_of[vehicle] for vehicle in self._arrived()]
+            if added or ended:
+                self._shown = sorted({*self._shown, *added} - {*ended})
+                vehicles = self._told_in(rows)
+            self._fresh |= self._new_collisions()
+            self._looks += 1
+            # Distances add up: what is off once stays off.
+            if added or ended or self._looks % COMPARED_LOOKS == 0:
+                self._compare(time_s, rows, front_m[at])
+        self._seen_m[rows] = front_m[-1]
 
-    def _show(self, rows: Iterable[int]) -> None:
-        """Take note of who is in SUMO."""
-        self._shown = np.array(sorted(rows), dtype=np.intp)
-        self._vehicles_shown = [self._vehicles[row] for row in self._shown.tolist()]
+    def _told_in(self, rows: IntArray) -> list[str]:
+        """Return the vehicles of some rows; nothing for those that SUMO does not have."""
+        shown = set(self._shown)
+        return [self._vehicles[row] if row in shown else "" for row in rows.tolist()]
 
     def _take_off_in_sumo(self) -> None:
         # Whoever enters and leaves between two looks was never there.
         self._waits_for_sumo -= self._leaves_sumo
-        shown = set(self._shown.tolist())
-        for row in shown & self._leaves_sumo:
+        for row in self._leaves_sumo.intersection(self._shown):
             self._sumo.vehicle.remove(self._vehicles[row])
-        self._show(shown - self._leaves_sumo)
+        self._shown = [row for row in self._shown if row not in self._leaves_sumo]
         self._leaves_sumo.clear()
 
-    def _move_in_sumo(self, gone_m: FloatArray, speed_mps: FloatArray) -> None:
-        twice_mean_mps = 2.0 * gone_m / self._period_s
-        before_mps = np.maximum(twice_mean_mps - speed_mps, 0.0)
-        after_mps = twice_mean_mps - before_mps
-        # Whoever has not moved had no speed either, and SUMO lets it stand.
-        moved = np.flatnonzero(gone_m)
-        vehicles = [self._vehicles_shown[place] for place in moved.tolist()]
-        speeds_mps = before_mps[moved].tolist(), after_mps[moved].tolist()
-        for vehicle, before, after in zip(vehicles, *speeds_mps, strict=True):
-            self._set_before(vehicle, before)
-            self._set_after(vehicle, after)
+    def _move_in_sumo(
+        self,
+        vehicles: list[str],
+        gone_m: list[float],
+        before_mps: list[float],
+        after_mps: list[float],
+    ) -> None:
+        for vehicle, gone, before, after in zip(
+            vehicles, gone_m, before_mps, after_mps, strict=True
+        ):
+            # Whoever has not moved had no speed either, and SUMO lets it stand.
+            if gone and vehicle:
+                self._set_before(vehicle, before)
+                self._set_after(vehicle, after)
 
     def _add_to_sumo(self, row: int, front_m: float, speed_mps: float) -> None:
         vehicle = self._vehicles[row]
@@ -229,7 +255,9 @@ class WitnessEngine(PlainEngine):
         self._sumo.vehicle.setSpeedMode(vehicle, ALL_CHECKS_OFF)
 
     def _new_collisions(self) -> frozenset[int]:
-        met = self._sumo.simulation.getCollisions()
+        met = self._collisions()
+        if not met and not self._colliding:
+            return self._colliding
         colliding = frozenset(
             self._row_of[train] for one in met for train in (one.collider, one.victim)
         )
@@ -238,13 +266,14 @@ class WitnessEngine(PlainEngine):
         self._met |= fresh
         return fresh
 
-    def _compare(self, time_s: float, front_m: FloatArray) -> None:
-        rows = self._shown
-        gone_m = list(map(self._get_distance, self._vehicles_shown))
-        apart_m = np.abs(front_m.take(rows) - self._inserted_m.take(rows) - gone_m)
+    def _compare(self, time_s: float, rows: IntArray, front_m: FloatArray) -> None:
+        columns = np.searchsorted(rows, self._shown)
+        vehicles = [self._vehicles[row] for row in self._shown]
+        gone_m = list(map(self._get_distance, vehicles))
+        apart_m = np.abs(front_m[columns] - self._inserted_m[self._shown] - gone_m)
         if self._met:
-            apart_m[np.isin(rows, list(self._met))] = 0.0
+            apart_m[np.isin(self._shown, list(self._met))] = 0.0
         if apart_m.max(initial=0.0) > AGREEMENT_M:
-            train = self._vehicles_shown[int(apart_m.argmax())]
+            train = vehicles[int(apart_m.argmax())]
             msg = f"{train} is {apart_m.max():.3f} m off its commands at {time_s:.1f} s"
             raise EngineDisagreementError(msg)
