@@ -91,17 +91,17 @@ class SumoEngine:
         shown = {"net-file": str(shown_network(self._files.network))} if self._gui else {}
         self._sumo = sumo = start(self._files, IGNORE_SIGNALS | shown, gui=self._gui)
         vehicle, simulation = sumo.vehicle, sumo.simulation
-        self._advance = sumo.simulationStep
+        self._advance = bare(simulation, "step")
         self._get_distance = bare(vehicle, "getDistance")
         self._get_speed = bare(vehicle, "getSpeed")
         self._set_speed = bare(vehicle, "setSpeed")
         self._set_speed_mode = vehicle.setSpeedMode
         self._set_stop = vehicle.setStopParameter
-        self._departed = simulation.getDepartedIDList
-        self._arrived = simulation.getArrivedIDList
-        self._stop_starting = simulation.getStopStartingVehiclesIDList
-        self._stop_ending = simulation.getStopEndingVehiclesIDList
-        self._collisions = simulation.getCollisions
+        self._departed = bare(simulation, "getDepartedIDList")
+        self._arrived = bare(simulation, "getArrivedIDList")
+        self._stop_starting = bare(simulation, "getStopStartingVehiclesIDList")
+        self._stop_ending = bare(simulation, "getStopEndingVehiclesIDList")
+        self._collisions = bare(simulation, "getCollisions")
         for train_type in self._types:
             disarm(sumo, train_type)
         if self._gui:
@@ -185,6 +185,7 @@ class SumoEngine:
         self._origins_m = self._origin_m[rows]
         self._aims_m = np.array([self._stops_m[row, self._call[row]] for row in rows])
         self._ends_m = np.full(len(rows), self._end_m)
+        self._nowhere_m = np.full(len(rows), np.inf)
         self._next_due_s = min(self._due_s.values(), default=np.inf)
 
     def _read(self) -> bool:
@@ -279,12 +280,16 @@ class SumoEngine:
         Returns
         -------
         Span | None
-            None while it is to be asked in every step.
+            One step while it is to be asked in every step; None in a window.
         """
-        most = self._most_pending - len(self._pending)
-        until_s = self._next_due_s - ALERT_STEPS * self._step_s
-        if self._steps < self._alert_until or most < 2 or self._time_s >= until_s:
+        if self._gui:
             return None
+        most = self._most_pending - len(self._pending)
+        until_s, ends_m, halting_mps = self._next_due_s, self._ends_m, 2.0 * HALTING_SPEED_MPS
+        until_s -= ALERT_STEPS * self._step_s
+        if self._steps < self._alert_until or self._time_s >= until_s:
+            # Whatever happens in it, SUMO is asked right behind it.
+            most, until_s, ends_m, halting_mps = 1, np.inf, self._nowhere_m, -np.inf
         steps = np.arange(self._steps, self._steps + most)
         return Span(
             (self._begin_ms + steps * self._step_ms) / 1000.0,
@@ -292,8 +297,8 @@ class SumoEngine:
             until_s,
             self._rows_running,
             self._aims_m,
-            self._ends_m,
-            2.0 * HALTING_SPEED_MPS,
+            ends_m,
+            halting_mps,
             2.0 * STOP_TOLERANCE_M,
             2.0 * self._step_s,
             ARRIVAL_M,
