@@ -170,8 +170,9 @@ class Reasons:
         ReasonError
             As :meth:`of`.
         """
-        for reason, bound in asked:
-            self._check(reason, bound)
+        sample = _first_unexplained(asked, len(self.words))
+        if sample >= 0:
+            self._check(asked[sample, 0], asked[sample, 1])
         self._check_causes(found[:, 2])
 
     def _check_causes(self, cause: IntArray) -> None:
@@ -188,6 +189,17 @@ def _unexplained(reason: IntArray, bound: IntArray, words: int) -> int:
         least = 0 if bound[train] == ADVICE else NO_REASON
         if not least <= reason[train] < words:
             return train
+    return -1
+
+
+@formula
+def _first_unexplained(asked: IntArray, words: int) -> int:
+    """Return the first sample with an advice that needs a word and has none; -1 for none."""
+    for sample in range(asked.shape[0]):
+        for train in range(asked.shape[2]):
+            least = 0 if asked[sample, 1, train] == ADVICE else NO_REASON
+            if not least <= asked[sample, 0, train] < words:
+                return sample
     return -1
 
 
