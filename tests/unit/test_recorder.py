@@ -24,7 +24,7 @@ class Keeper:
 
 
 def test_every_step_is_examined_once_and_blocks_share_their_edge() -> None:
-    scenario = two_station_scenario(2, 200.0)
+    scenario = two_station_scenario(4, 200.0)
     world = world_of(scenario)
     _, engine = run(scenario)
     assert len(engine.seen) > BLOCK_STEPS
@@ -63,7 +63,7 @@ def test_samples_lie_on_the_run_and_name_a_reason() -> None:
 
 
 def test_a_run_that_ends_with_the_last_step_of_a_block_leaves_no_empty_block() -> None:
-    scenario = two_station_scenario(1)
+    scenario = two_station_scenario(4, 200.0)
     world = world_of(scenario)
     _, engine = run(scenario)
     controller, keeper, tracker = controller_of(world), Keeper(), Tracker(world)
