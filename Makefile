@@ -2,10 +2,12 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
+# Who has no tests left takes those of another: what belongs together stays together.
+WORKERS := -n auto --dist worksteal
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds map yizhuang terminals interval driving steps limits reserve losses approach stress sensitivity fuzz kills mutants results docs clean
+.PHONY: rush-hour capacity radio availability sakai takaoka test deep check format lint types contracts bench seeds map yizhuang terminals interval driving steps limits reserve losses approach stress sensitivity fuzz kills mutants results docs clean
 
 # A target makes its results anew: after an edit of the program earlier runs are refused.
 rush-hour: $(READY)
@@ -37,7 +39,11 @@ takaoka: $(READY)
 	$(BIN)/python run.py scenarios/eco_driving --fresh
 
 test: $(READY)
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest $(WORKERS)
+
+# The same with all examples of every property and all figures.
+deep: $(READY)
+	$(BIN)/python -m pytest $(WORKERS) --deep
 
 check: lint types contracts test docs rush-hour
 

@@ -47,6 +47,7 @@ def test_one_table_has_a_row_for_each_scenario_and_controller(
     assert "nothing had to be run" in kankaku(folders[0], "--out", out, *both).complaints
 
 
+@pytest.mark.figures
 def test_a_violation_in_one_scenario_ends_the_command_with_status_3_and_keeps_the_others(
     folders: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -75,6 +75,7 @@ def test_two_simulated_trains_agree_with_the_blocking_times(results: Path) -> No
     assert headways["headway_s"].tolist() == headways["simulated_headway_s"].tolist()
 
 
+@pytest.mark.figures
 def test_the_same_input_gives_the_same_bytes_and_replaces_what_was_there(
     place: Path, results: Path
 ) -> None:

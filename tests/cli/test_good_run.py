@@ -189,6 +189,7 @@ def test_running_some_controllers_keeps_the_results_of_the_others(place: Path) -
     assert all(is_note_of_time(name) for name in once if once[name] != by_parts[name])
 
 
+@pytest.mark.figures
 def test_same_input_same_bytes(place: Path, results: Path) -> None:
     again = kankaku(place / "small", "--out", place / "repeated", "--jobs", "1")
     assert again.status == 0

@@ -125,6 +125,7 @@ def test_the_load_follows_the_trains_through_the_cells(
             assert busy == pytest.approx(expected, abs=1e-5)
 
 
+@pytest.mark.figures
 def test_the_same_input_gives_the_same_bytes(
     place: Path, run: Path, radio: Screen, available: Screen
 ) -> None:

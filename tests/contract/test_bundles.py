@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kankaku.controllers.drive import TractionDrive
@@ -25,10 +25,11 @@ from kankaku.railway.step.records import RunRecord
 from kankaku.testing.example_lines import merge_scenario, world_of
 from kankaku.testing.loop_station import loop_station_scenario
 from kankaku.testing.toy_engine import ToyEngine
+from tests.examples import examples
 from tests.property.manners import any_style
 from tests.property.runs import Observed
 
-QUICK = settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = examples(8)
 STEP_BY_STEP = {"control_map"}
 """What is asked in every step still."""
 PAIRS = [

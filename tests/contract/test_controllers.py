@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kankaku.controllers.registry import (
@@ -36,6 +36,7 @@ from kankaku.testing.contract import (
 from kankaku.testing.example_lines import two_station_scenario, world_of
 from kankaku.testing.loop_station import loop_station_scenario
 from tests.ends_of_ways import short_turn_scenario
+from tests.examples import examples
 from tests.property.runs import run
 from tests.supervising import HoldEverybody
 
@@ -61,7 +62,7 @@ PAIRS = [
     if protection == "moving_block" or not OPERATIONS[operation].knows_future
 ]
 every_pair = pytest.mark.parametrize(("protection", "operation"), PAIRS)
-QUICK = settings(max_examples=5, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = examples(5)
 
 
 def controller_of(world: World, protection: str, operation: str) -> Controller:

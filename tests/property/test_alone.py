@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from kankaku.analysis.tables.delay import technical_run_times_s, unhindered_arrivals_s
@@ -13,10 +13,11 @@ from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.records import RunRecord
 from kankaku.testing.example_lines import blocks_every, commuter_train, world_of
+from tests.examples import examples
 from tests.property.alone import run_time_alone_s
 from tests.property.runs import controller_of, random_gradients, run, solo_scenario
 
-QUICK = settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = examples(8)
 START_M, END_M = 300.0, 2600.0
 STEPS_S = st.sampled_from([0.05, 0.1, 0.2, 0.5])
 TRAM = 30.0

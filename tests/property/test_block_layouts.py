@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kankaku.controllers.drive import TractionDrive
@@ -22,6 +22,7 @@ from kankaku.railway.step.control import Separation
 from kankaku.railway.step.obstructions import unobstructed
 from kankaku.railway.step.state import NOTHING, Events, LineState
 from kankaku.testing.example_lines import commuter_train, make_scenario, stations_at, world_of
+from tests.examples import examples
 
 RUNNERS = 50
 CASES = 10_000
@@ -31,12 +32,8 @@ STEPS = 240
 STEP_S = 0.5
 WITHIN_A_STEP_M = 0.05 + 1.2 * STEP_S**2 / 8.0
 """By which a train that stops within a step may pass its aim. [m]"""
-MANY = settings(
-    max_examples=CASES * 2 // RUNNERS,
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow],
-)
-FEW = settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+MANY = examples(CASES * 2 // RUNNERS)
+FEW = examples(20)
 
 
 @dataclass(frozen=True)

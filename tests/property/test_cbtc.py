@@ -4,17 +4,18 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import BoolArray
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.testing.example_lines import two_station_scenario, world_of
+from tests.examples import examples
 from tests.property.dense_run import Radio
 from tests.property.runs import Observed, run
 
-QUICK = settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = examples(20)
 TRAINS = 4
 LENGTH_M, BRAKE_MPS2 = 200.0, 1.0
 SOME_CENTIMETRES_M = 0.05

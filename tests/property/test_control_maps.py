@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kankaku.railway.plan.disruptions import Cause, Closure, Disruptions, PointsFailure
@@ -13,10 +13,11 @@ from kankaku.railway.plan.radio_spec import LOSSLESS
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.testing.example_lines import merge_scenario, two_station_scenario
 from kankaku.testing.loop_station import loop_station_scenario
+from tests.examples import examples
 from tests.property.runs import READY_S
 from tests.unit.test_control_map import on_map
 
-DAYS = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+DAYS = examples(25)
 WORLDS: tuple[Callable[[], Scenario], ...] = (
     lambda: two_station_scenario(4, 70.0),
     lambda: merge_scenario(4, 60.0),

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kankaku.analysis.tables.delay import technical_run_times_s
@@ -13,12 +13,13 @@ from kankaku.railway.capacity.delay_bound import arrival_bounds_s
 from kankaku.railway.plan.driving_style import FASTEST, DrivingStyle
 from kankaku.railway.plan.line import Gradient, SpeedLimit
 from kankaku.testing.example_lines import merge_scenario, world_of
+from tests.examples import examples
 from tests.property.runs import controller_of, run
 
 if TYPE_CHECKING:
     from kankaku.railway.step.control import Foresight
 
-QUICK = settings(max_examples=4, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = examples(4)
 HURRYING = DrivingStyle(
     "hurrying",
     station_brake_mps2=0.8,

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, example, given, settings
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from kankaku.railway.motion.run_curve import StallError
@@ -14,12 +14,13 @@ from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.records import RunRecord
 from kankaku.testing.example_lines import blocks_every, commuter_train, world_of
+from tests.examples import examples
 from tests.property.alone import run_time_alone_s
 from tests.property.manners import answering, any_driven_speeds, any_style
 from tests.property.runs import Observed, controller_of, random_gradients, run, solo_scenario
 from tests.property.test_alone import END_M, STEPS_S, any_limits, calls_m, lateness_by_others_s
 
-QUICK = settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = examples(12)
 STEEPEST = 0.018
 HALTING_MPS = 0.1
 STOP_TOLERANCE_M = 0.3

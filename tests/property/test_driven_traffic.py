@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kankaku.controllers.drive import TractionDrive
@@ -16,10 +16,11 @@ from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
 from kankaku.testing.example_lines import commuter_train, merge_scenario, world_of
+from tests.examples import examples
 from tests.property.manners import answering, any_driven_speeds, any_style
 from tests.property.runs import controller_of, run
 
-QUICK = settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = examples(6)
 END_M = 2000.0
 PROTECTIONS = ["moving_block", "atd", "digital_atc", "multi_step_atc"]
 SLOW_BRAKE = replace(commuter_train(), brake_build_up_s=3.0)

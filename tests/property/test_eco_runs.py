@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kankaku.railway.motion.eco_run import eco, net_energy_j
@@ -18,6 +18,7 @@ from kankaku.railway.plan.profile import build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.scenarios.loading.load import load
 from kankaku.testing.example_lines import commuter_train, straight_line
+from tests.examples import examples
 from tests.property.dense_optimum import Optimum, dense_optimum
 from tests.property.dense_run import dense_run, restrictions
 
@@ -26,8 +27,8 @@ LEGS_M = ((0.0, 2360.0), (2360.0, 4150.0))
 SUPPLEMENTS = (0.01, 0.0385, 0.1, 0.2)
 END_M = 4000.0
 ROUNDING_J = 1e-3 * 3.6e6
-FEW = settings(max_examples=4, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-MANY = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+FEW = examples(4)
+MANY = examples(25)
 
 
 class Task(NamedTuple):

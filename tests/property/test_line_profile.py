@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
@@ -12,12 +12,13 @@ from kankaku.railway.plan.line import Gradient, Line, SpeedLimit, TrackCurve
 from kankaku.railway.plan.profile import Profile, build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.testing.example_lines import commuter_train, straight_line
+from tests.examples import examples
 from tests.property.runs import GRAVITY, mean_slope, random_gradients, random_limits
 
 END_M = 4000.0
 LENGTH_M = 187.3
 TRAIN = commuter_train(length_m=LENGTH_M)
-QUICK = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = examples(25)
 
 
 def line_of(

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kankaku.controllers.registry import OPERATIONS
@@ -12,9 +12,10 @@ from kankaku.railway.plan.line import Gradient, SpeedLimit
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.timetable import Timetable
 from kankaku.testing.example_lines import commuter_train, merge_scenario, world_of
+from tests.examples import examples
 from tests.property.runs import run
 
-QUICK = settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = examples(8)
 SLOW_MPS = 17.0
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kankaku.controllers.registry import build
@@ -25,6 +25,7 @@ from kankaku.testing.example_lines import (
     two_station_scenario,
     world_of,
 )
+from tests.examples import examples
 from tests.property.runs import (
     GRAVITY,
     mean_slope,
@@ -37,7 +38,7 @@ from tests.unit.test_monitor import Altered, kinds, overstay
 
 END_M = 3000.0
 NET = replace(commuter_train(), net_brake=True)
-QUICK = settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = examples(15)
 PAIRS = [
     ("moving_block", {}),
     ("relative_braking", {"leader_brake_kmhps": 5.0}),

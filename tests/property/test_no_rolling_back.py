@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kankaku.controllers.registry import OPERATIONS, build
@@ -12,9 +12,10 @@ from kankaku.railway.plan.line import Gradient
 from kankaku.railway.plan.rolling_stock import Traction
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.testing.example_lines import blocks_every, commuter_train, world_of
+from tests.examples import examples
 from tests.property.runs import random_gradients, run, solo_scenario
 
-FEW = settings(max_examples=3, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+FEW = examples(3)
 END_M = 2000.0
 PAIRS = [
     *[("moving_block", operation) for operation in OPERATIONS if operation != "control_map"],

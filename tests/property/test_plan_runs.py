@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
@@ -20,6 +20,7 @@ from kankaku.railway.plan.brake_table import braked_stop_m, braking_v2_each
 from kankaku.railway.plan.line import Gradient, SpeedLimit
 from kankaku.railway.plan.world import World
 from kankaku.testing.example_lines import commuter_train, world_of
+from tests.examples import examples
 from tests.property.runs import GRAVITY, random_gradients, random_limits, solo_scenario
 
 END_M = 4000.0
@@ -28,7 +29,7 @@ TRAIN = commuter_train(LENGTH_M)
 STOP_M = 3600.0
 STEP_S = 0.5
 MOMENTS = 121
-MANY = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+MANY = examples(60)
 
 
 def world_with(gradients: list[Gradient], limits: list[SpeedLimit]) -> World:

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from kankaku.controllers.protection.moving_block import MovingBlock, MovingBlockOptions
@@ -13,6 +13,7 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import Authority, LineState
 from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
 from kankaku.testing.loop_station import loop_station_scenario
+from tests.examples import examples
 from tests.property.runs import controller_of, run
 
 LINES = {
@@ -44,7 +45,7 @@ class Compared:
 
 
 @example("merge", 0.25, 3.0, 0.0, 0.0, [0.0, 0.0, 39.0, *[0.0] * 12])
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@examples(12)
 @given(
     st.sampled_from(list(LINES)),
     st.floats(0.0, 0.4),

@@ -4,7 +4,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kankaku.railway.arrays import BoolArray, FloatArray
@@ -13,9 +13,10 @@ from kankaku.railway.plan.timetable import Call, Service
 from kankaku.railway.plan.world import World
 from kankaku.railway.wayside.detection import Detection, Occupancy
 from kankaku.testing.example_lines import commuter_train, make_scenario, stations_at, world_of
+from tests.examples import examples
 
 TRAINS = 5
-MANY = settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+MANY = examples(120)
 SEEDS = st.integers(0, 2**32 - 1)
 
 

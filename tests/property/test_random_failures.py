@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from kankaku.controllers.control_map.map_protection import ControlMapOptions
@@ -15,11 +15,12 @@ from kankaku.railway.plan.radio_spec import LOSSLESS
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.testing.example_lines import world_of
 from kankaku.testing.loop_station import loop_station_scenario
+from tests.examples import examples
 from tests.property.runs import READY_S, run
 from tests.property.test_control_maps import days
 from tests.unit.test_unit_failures import SPEC, Listener, failing, two_trains
 
-DAYS = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+DAYS = examples(40)
 
 
 @st.composite

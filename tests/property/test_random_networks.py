@@ -4,23 +4,20 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.records import RunRecord
 from kankaku.scenarios.reading.mistakes import ScenarioError
+from tests.examples import examples
 from tests.networks import Files, network, run_network
 from tests.property.runs import Observed
 from tests.property.test_random_timetables import presence
 from tests.random_networks import random_networks
 
-SOME = settings(
-    max_examples=30,
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
+SOME = examples(30, HealthCheck.data_too_large)
 delays = st.dictionaries(
     st.tuples(st.integers(0, 11), st.integers(0, 3)), st.floats(0.0, 400.0), max_size=4
 )

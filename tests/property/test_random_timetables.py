@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kankaku.controllers.registry import OPERATIONS
@@ -12,9 +12,10 @@ from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.records import RunRecord
 from kankaku.testing.example_lines import merge_scenario
 from kankaku.testing.loop_station import loop_station_scenario
+from tests.examples import examples
 from tests.property.runs import Observed, run
 
-QUICK = settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = examples(10)
 LENGTH_M = 200.0
 LOOP_FLEETS = [(2, False), (2, True), (3, False), (5, False), (5, True)]
 """Trains from the west, and whether another one starts at the loop station."""

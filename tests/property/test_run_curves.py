@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, reject, settings
+from hypothesis import given, reject
 from hypothesis import strategies as st
 
 from kankaku.railway.arrays import FloatArray
@@ -14,6 +14,7 @@ from kankaku.railway.motion.timed_run import timed_run
 from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.line import Line, TrackCurve
 from kankaku.testing.example_lines import commuter_train, straight_line
+from tests.examples import examples
 from tests.property.dense_run import (
     GRAVITY,
     NO_RADIO,
@@ -34,7 +35,7 @@ TRAIN = commuter_train()
 GENTLE = 0.012
 """Full traction speeds the train up on this climb at any speed. [-]"""
 STEEP = 0.035
-QUICK = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = examples(25)
 
 
 @dataclass(frozen=True)

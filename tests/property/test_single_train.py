@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kankaku.railway.plan.line import Gradient, SpeedLimit, TrackCurve
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.testing.example_lines import commuter_train
+from tests.examples import examples
 from tests.property.runs import (
     GRAVITY,
     Observed,
@@ -22,7 +23,7 @@ from tests.property.runs import (
 )
 from tests.unit.test_run_curve import GRADIENTS, LIMITS, TRAIN, Reference
 
-QUICK = settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = examples(12)
 START_M, STOP_M, END_M = 300.0, 2400.0, 3000.0
 STEEPEST = 0.035
 """Steeper changes of slope within the last braking cost accuracy at coarse steps. [-]"""
@@ -157,7 +158,7 @@ def test_a_weak_electric_brake_does_its_force_times_the_braking_distance() -> No
     assert record.energy.regenerated_j[0] == pytest.approx(1e5 * braking_m, rel=1e-2)
 
 
-@settings(max_examples=8, deadline=None)
+@examples(8)
 @given(random_gradients(END_M - 200.0), random_limits(END_M), st.sampled_from([0.05, 0.1]))
 def test_work_and_energy_balance_on_gradients_and_curves(
     gradients: list[Gradient], limits: list[SpeedLimit], step_s: float

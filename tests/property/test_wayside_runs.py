@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kankaku.controllers.registry import PROTECTIONS
@@ -15,10 +15,11 @@ from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.records import RunRecord
 from kankaku.testing.example_lines import world_of
 from kankaku.testing.loop_station import loop_station_scenario
+from tests.examples import examples
 from tests.property.runs import READY_S, Observed, controller_of, run
 
 LASTS_S = 700.0
-EXAMPLES = settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+EXAMPLES = examples(15)
 ROUNDING_S = 1e-6
 
 

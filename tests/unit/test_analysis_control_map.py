@@ -209,6 +209,7 @@ def test_the_legend_names_the_causes_that_are_seen(tmp_path: Path) -> None:
     assert all(file.stat().st_size > 10_000 for file in files)
 
 
+@pytest.mark.figures
 @pytest.mark.parametrize("by_radio", [(), ("close_up",)])
 def test_controllers_by_radio_have_a_map_in_their_folders(
     tmp_path: Path, by_radio: tuple[str, ...]

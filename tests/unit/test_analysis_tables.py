@@ -175,6 +175,7 @@ def test_the_summary_of_a_small_run_can_be_worked_by_hand() -> None:
     assert row["energy_net_kwh"] == pytest.approx(220.0, abs=1e-5)
 
 
+@pytest.mark.figures
 def test_files_written_twice_are_equal_byte_by_byte(tmp_path: Path) -> None:
     runs = [example(), example("two_stage", late_s=6.0)]
     for name in ("first", "second"):

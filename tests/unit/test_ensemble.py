@@ -225,6 +225,7 @@ def test_the_dataset_is_read_and_asked_in_one_call(scenario: Path, tmp_path: Pat
         dataset.query(out, "SELECT * FROM speeds")
 
 
+@pytest.mark.figures
 def test_figures_come_in_the_formats_that_are_asked_for(scenario: Path, tmp_path: Path) -> None:
     drawing = Drawing(("energy_net_kwh",), ("svg",))
     out = run_some(scenario, tmp_path / "out", drawing=drawing, seeds=2).folder

@@ -168,6 +168,7 @@ def test_a_figure_of_a_window_has_only_what_is_in_it(scenario: Scenario, late: R
     assert figure.axes[0].get_xlim() == window_s
 
 
+@pytest.mark.figures
 def test_a_network_is_published_with_its_own_tables_and_figures(
     scenario: Scenario, late: RunTables, tables: dict[str, pd.DataFrame], tmp_path: Path
 ) -> None:

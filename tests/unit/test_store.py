@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from kankaku.analysis.publish import study_publishing
 from kankaku.analysis.results import read_results
 from kankaku.controllers import registry
 from kankaku.controllers.protection.moving_block import Ahead, MovingBlock, MovingBlockOptions
@@ -59,13 +58,6 @@ class Failing(SumoEngine):
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     return two_controllers(tmp_path / "small")
-
-
-@pytest.fixture(autouse=True)
-def no_figures(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Publish tables alone, which takes a fraction of the time."""
-    if "figures" not in request.node.name:
-        monkeypatch.setattr(study_publishing, "_figures", lambda *_: {})
 
 
 @pytest.fixture
@@ -260,6 +252,7 @@ def test_trains_that_meet_are_told_of_even_if_the_engine_then_fails(
     assert read.summary["trains_completed"].tolist()[0] == 3
 
 
+@pytest.mark.figures
 def test_figures_that_cannot_be_drawn_cost_no_table(
     compare: Callable[..., Screen], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -190,6 +190,7 @@ def test_no_half_written_run_is_put_in_place(
     assert {item.name for item in result.folder.iterdir() if item.is_dir()} == {"plain"}
 
 
+@pytest.mark.figures
 def test_an_interrupt_while_publishing_keeps_what_is_finished(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
