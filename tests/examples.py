@@ -1,6 +1,11 @@
 """On how many examples a property is tried."""
 
+from collections.abc import Sequence
+from typing import TypeVar
+
 from hypothesis import HealthCheck, settings
+
+Case = TypeVar("Case")
 
 SHARE = 5
 LEAST = 3
@@ -10,6 +15,11 @@ _asked = {"deep": False}
 def ask_for_all() -> None:
     """Try all examples from now on, as ``--deep`` says; modules of tests are imported later."""
     _asked["deep"] = True
+
+
+def all_if_deep(cases: Sequence[Case], some: Sequence[Case]) -> Sequence[Case]:
+    """Return all cases if ``--deep`` asks for them, else those that say most."""
+    return cases if _asked["deep"] else some
 
 
 def examples(most: int, *unhealthy: HealthCheck) -> settings:

@@ -25,6 +25,7 @@ from kankaku.testing.contract import (
     CHECKS,
     FUTURE,
     LINES,
+    OVERSTAYS_S,
     check_candidate,
     comparisons,
     failures,
@@ -36,7 +37,7 @@ from kankaku.testing.contract import (
 from kankaku.testing.example_lines import two_station_scenario, world_of
 from kankaku.testing.loop_station import loop_station_scenario
 from tests.ends_of_ways import short_turn_scenario
-from tests.examples import examples
+from tests.examples import all_if_deep, examples
 from tests.property.runs import run
 from tests.supervising import HoldEverybody
 
@@ -61,7 +62,10 @@ PAIRS = [
     for protection, operation in product(VARIANTS, OPERATIONS)
     if protection == "moving_block" or not OPERATIONS[operation].knows_future
 ]
+LAYERS_ONCE = [pair for pair in PAIRS if pair[0] == "moving_block" or pair[1] == "close_up"]
+"""Each layer once, over the plainest protection or under the plainest operation."""
 every_pair = pytest.mark.parametrize(("protection", "operation"), PAIRS)
+every_layer = pytest.mark.parametrize(("protection", "operation"), all_if_deep(PAIRS, LAYERS_ONCE))
 QUICK = examples(5)
 
 
@@ -72,7 +76,18 @@ def controller_of(world: World, protection: str, operation: str) -> Controller:
 
 
 @every_pair
-def test_every_pair_keeps_the_contract(protection: str, operation: str) -> None:
+def test_every_pair_keeps_the_contract_at_a_loop_station(protection: str, operation: str) -> None:
+    scenario = LINES["loop station"]()
+    trial = trial_of(
+        scenario,
+        lambda world: controller_of(world, protection, operation),
+        overstays(scenario, *OVERSTAYS_S),
+    )
+    assert {check: look(trial) for check, look in CHECKS.items()} == dict.fromkeys(CHECKS, "")
+
+
+@every_layer
+def test_every_layer_keeps_the_contract_everywhere(protection: str, operation: str) -> None:
     findings = check_candidate(lambda world: controller_of(world, protection, operation))
     assert not failures(findings)
     assert [found.check for found in findings] == [*CHECKS, FUTURE]
@@ -174,7 +189,7 @@ def test_supervisions_keep_the_contract(supervision: str, make: Any) -> None:  #
     assert not is_safe(trial)
 
 
-@every_pair
+@every_layer
 def test_all_trains_arrive_whatever_the_delays(protection: str, operation: str) -> None:
     @QUICK
     @given(st.sampled_from(list(LINES)), st.lists(st.floats(0.0, 120.0), min_size=15, max_size=15))
@@ -192,7 +207,7 @@ def test_all_trains_arrive_whatever_the_delays(protection: str, operation: str) 
     runs_through()
 
 
-@every_pair
+@every_layer
 @pytest.mark.parametrize("make", LINES.values(), ids=LINES)
 def test_the_future_is_not_read(protection: str, operation: str, make: Any) -> None:  # noqa: ANN401
     scenario = make()
@@ -213,7 +228,7 @@ def test_the_future_is_not_read(protection: str, operation: str, make: Any) -> N
     assert not np.array_equal(fronts_m[0][: steps + 200], fronts_m[1][: steps + 200])
 
 
-@every_pair
+@every_layer
 def test_no_operation_arrives_before_the_fastest_run(protection: str, operation: str) -> None:
     """Operation can only lower: nobody beats a train alone on the line."""
     scenario = two_station_scenario(3, 70.0, block_m=250.0)
