@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from kankaku.controllers.drive import TractionDrive
@@ -32,7 +32,11 @@ STEPS = 240
 STEP_S = 0.5
 WITHIN_A_STEP_M = 0.05 + 1.2 * STEP_S**2 / 8.0
 """By which a train that stops within a step may pass its aim. [m]"""
-MANY = examples(CASES * 2 // RUNNERS)
+MANY = settings(
+    max_examples=CASES * 2 // RUNNERS,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
 FEW = examples(20)
 
 
