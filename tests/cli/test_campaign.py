@@ -98,19 +98,30 @@ def test_what_is_finished_is_not_run_again_and_another_campaign_is_refused(
     assert contents(results) == after
 
 
-@pytest.mark.parametrize("line", [b"[]", b"{", b"", b'{"number": 1}', b"\xff"])
-def test_a_damaged_journal_is_named_with_its_line(
-    results: Path, tmp_path: Path, line: bytes
-) -> None:
-    folder = tmp_path / results.name
+def damage(results: Path, place: Path, line: bytes) -> None:
+    """Copy a journal whose third line is another one."""
+    folder = place / results.name
     folder.mkdir()
     lines = (results / JOURNAL).read_bytes().splitlines()
     lines[2] = line
     (folder / JOURNAL).write_bytes(b"\n".join(lines) + b"\n")
+
+
+@pytest.mark.parametrize("line", [b"[]", b"{", b"", b'{"number": 1}', b"\xff"])
+def test_a_damaged_journal_is_named_with_its_line(
+    results: Path, tmp_path: Path, line: bytes
+) -> None:
+    damage(results, tmp_path, line)
     seen = run_it(tmp_path)
     assert seen.status == BAD_INPUT
     assert "journal.jsonl, line 3: damaged; allowed: --fresh" in seen.complaints
+
+
+def test_a_damaged_journal_is_made_anew_when_told(results: Path, tmp_path: Path) -> None:
+    damage(results, tmp_path, b"\xff")
     assert run_it(tmp_path, "--fresh").status == 0
+    anew = tmp_path / results.name / JOURNAL
+    assert anew.read_bytes() == (results / JOURNAL).read_bytes()
 
 
 def test_an_unsafe_run_ends_with_a_status_of_its_own(results: Path, tmp_path: Path) -> None:
