@@ -21,6 +21,7 @@ from types import FrameType
 from typing import Any, Generic, NoReturn, TypeAlias, TypeVar
 
 from kankaku import interrupts
+from kankaku.railway import first_use
 from kankaku.railway.errors import sentence_of
 
 TaskT = TypeVar("TaskT")
@@ -220,7 +221,7 @@ class _Worker:
             self.connection.send(task)
 
     def listen(self) -> tuple[bool, Any]:
-        """Return whether it is still there, and what it says: a report, or a pair."""
+        """Return whether it is still there, and what it says: a report, a word, or a pair."""
         try:
             return True, self.connection.recv()
         except (EOFError, OSError):
@@ -280,6 +281,8 @@ def _in_processes(
                 if alive and isinstance(told, float):
                     worker.progress = told
                     tell(task, told)
+                elif alive and isinstance(told, str):
+                    first_use.tell(told)
                 elif alive:
                     worker.task = None
                     result, failure = told
@@ -332,6 +335,7 @@ def _work(connection: Connection, perform: Perform[Any, Any], folder: Path) -> N
     for number in interrupts.ENDING:
         signal.signal(number, _leave if number == signal.SIGTERM else signal.SIG_IGN)
     tempfile.tempdir = str(folder)
+    first_use.hear(connection.send)
     try:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, interrupts.ENDING)
         with suppress(EOFError, OSError):

@@ -14,16 +14,20 @@ import hashlib
 import inspect
 import os
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar, cast
 
 import numba
+from numba.core import event
+from numba.core.dispatcher import Dispatcher
+from numba.core.sigutils import normalize_signature
 from numba.np.ufunc.dufunc import DUFunc
 
 from kankaku.railway.arrays import FloatArray
+from kankaku.railway.first_use import Compilations
 from kankaku.railway.places import cache_folder
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -34,6 +38,23 @@ Plain: TypeAlias = tuple[Any, ...]
 
 _SOURCES: dict[int, frozenset[str]] = {}
 """Files that each compiled function depends on, by the identity of the function."""
+
+
+class _Listener(event.Listener):
+    """Hears of every function that numba compiles."""
+
+    def __init__(self) -> None:
+        self._compilations = Compilations()
+
+    def on_start(self, _: Any) -> None:  # noqa: ANN401 - numba has no types
+        self._compilations.begin()
+
+    def on_end(self, _: Any) -> None:  # noqa: ANN401 - numba has no types
+        self._compilations.end()
+
+
+_register: Any = event.register
+_register("numba:compile", _Listener())
 
 
 def compiled(function: Function) -> Function:
@@ -50,10 +71,7 @@ def compiled(function: Function) -> Function:
     Function
         The same, compiled.
     """
-    made = _made(function, counts=True)
-    files = _SOURCES[id(made)] = _sources(function)
-    _watch(made, files)
-    return cast("Function", made)
+    return cast("Function", _jitted(function, counts=True))
 
 
 def formula(function: Function) -> Function:
@@ -74,10 +92,7 @@ def formula(function: Function) -> Function:
     Function
         The same, compiled.
     """
-    made = _made(function, counts=False)
-    files = _SOURCES[id(made)] = _sources(function)
-    _watch(made, files)
-    return cast("Function", made)
+    return cast("Function", _jitted(function, counts=False))
 
 
 def naming(function: Function) -> Function:
@@ -120,7 +135,7 @@ def formula_with(function: Function, *parts: Callable[..., Any]) -> Function:
     made_of: list[Any] = [*parts]
     told = "\0".join(f"{part.__module__}.{part.__qualname__}" for part in made_of)
     function.__qualname__ = f"{function.__name__}_{hashlib.sha256(told.encode()).hexdigest()[:16]}"
-    made = _made(function, counts=False)
+    made = _cached(partial(_dispatcher, function, _options(counts=False)))
     inner = (_SOURCES.get(id(part), frozenset()) for part in parts)
     files = _SOURCES[id(made)] = _sources(function).union(*inner)
     _watch(made, files)
@@ -182,11 +197,70 @@ def plain(fields: tuple[Any, ...]) -> Plain:
     return tuple(plain(field) if isinstance(field, tuple) else field for field in fields)
 
 
-def _made(function: Callable[..., Any], *, counts: bool) -> Any:  # noqa: ANN401 - numba has no types
-    """Compile with or without counts of who uses each array, whoever calls it."""
+def _dispatcher(function: Callable[..., Any], options: Mapping[str, bool], kept: bool) -> Any:  # noqa: ANN401 - numba has no types
+    """Return numba's own; nobody calls it through a pointer of C."""
     njit: Any = numba.njit
-    options = {"error_model": "numpy", "_nrt": counts, "forceinline": not counts}
-    return _cached(lambda cache: njit(cache=cache, **options)(function))
+    return njit(cache=kept, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
+
+
+def _options(*, counts: bool) -> dict[str, bool]:
+    """Return how to compile with or without counts of who uses each array, whoever calls it."""
+    return {"_nrt": counts, "forceinline": not counts}
+
+
+def _jitted(function: Callable[..., Any], *, counts: bool) -> Any:  # noqa: ANN401 - numba has no types
+    options = _options(counts=counts)
+    made = _cached(partial(_dispatcher, function, options))
+    files = _SOURCES[id(made)] = _sources(function)
+    _watch(made, files)
+    if isinstance(made, Dispatcher):
+        inside = cache(partial(_inside, made, function, options, files))
+        # A type of numba asks the function that it stands for.
+        told: Any = made
+        told.get_call_template = lambda args, kws: inside().get_call_template(args, kws)
+        told.get_overload = lambda sig: inside().get_overload(sig)
+    return made
+
+
+def _inside(
+    made: Any,  # noqa: ANN401 - numba has no types
+    function: Callable[..., Any],
+    options: Mapping[str, bool],
+    files: frozenset[str],
+) -> Any:  # noqa: ANN401 - numba has no types
+    """
+    Return what other compiled functions call instead of a compiled function.
+
+    Python cannot call it: what it takes to be called from there takes as long to compile as most
+    formulas do.
+    """
+    inner = _cached(partial(_dispatcher, function, {**options, "no_cpython_wrapper": True}))
+    _watch(inner, files)
+    kept, compile_anew = inner._cache, inner.compile  # noqa: SLF001 - numba has no other way in
+    normalized: Any = normalize_signature
+    if hasattr(kept, "_index_key"):
+        key = kept._index_key  # noqa: SLF001
+        kept._index_key = lambda *asked: (*key(*asked), "inside")  # noqa: SLF001
+
+    def compile_once(sig: Any) -> Any:  # noqa: ANN401 - numba has no types
+        """Take the one that Python calls where there is one already."""
+        args = tuple(normalized(sig)[0])
+        if args not in inner.overloads and (args in made.overloads or _is_kept(made, sig)):
+            made.compile(sig)
+            inner.add_overload(made.overloads[args])
+        return compile_anew(sig)
+
+    inner.compile = compile_once
+    return inner
+
+
+def _is_kept(made: Any, sig: Any) -> bool:  # noqa: ANN401 - numba has no types
+    """Return whether a function is compiled for arguments in the cache."""
+    kept = made._cache  # noqa: SLF001 - numba has no other way in
+    if not hasattr(kept, "_cache_file"):
+        return False
+    key = kept._index_key(sig, made.targetctx.codegen())  # noqa: SLF001
+    return key in kept._cache_file._load_index()  # noqa: SLF001
 
 
 def _cached(make: Callable[[bool], Any]) -> Any:  # noqa: ANN401 - numba has no types

@@ -39,6 +39,7 @@ from kankaku.commands.shared_options import (
     Step,
     Version,
 )
+from kankaku.railway import first_use
 from kankaku.railway.step.engine_ways import EVERY_STEP
 
 RUN = "run"
@@ -76,6 +77,7 @@ class Commands(TyperGroup):
     def invoke(self, ctx: Any) -> Any:  # noqa: ANN401 - private type
         """Run the command; whoever interrupts it, at any moment, reads one sentence."""
         interrupts.under_way()
+        first_use.hear(first_use.say_on_stderr)
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:

@@ -23,6 +23,21 @@ def whole(pair: {name}) -> float:
     return part(pair.wanted)
 print(whole({name}(1.0, 2.0)))
 """
+BOTH = """
+import sys
+import parts
+from parts import part
+from kankaku.railway.compiled import compiled, formula
+@formula
+def twice(value: float) -> float:
+    return 2.0 * value
+@compiled
+def outer(value: float) -> float:
+    return twice(part(value)) + twice(value)
+def answer(name: str) -> float:
+    return {"outer": outer, "twice": twice, "part": part}[name](3.0)
+print(sum(answer(name) for name in sys.argv[1:]))
+"""
 
 
 def result(folder: Path) -> float:
@@ -60,3 +75,25 @@ def test_a_changed_part_a_changed_tuple_and_a_lost_one_are_noticed(tmp_path: Pat
     assert result(tmp_path) == 40.0
     write(tmp_path, 20.0, "Couple", "other", "wanted")
     assert result(tmp_path) == 40.0
+
+
+def test_a_function_answers_python_and_other_compiled_ones_in_any_order(tmp_path: Path) -> None:
+    write(tmp_path, 10.0, "Pair", "wanted", "other")
+    (tmp_path / "both.py").write_text(BOTH, encoding="utf-8")
+    # What others call is compiled without what Python needs to call it, and kept beside that.
+    for asked, expected in [
+        (["outer"], 66.0),
+        (["twice", "part"], 36.0),
+        (["outer", "twice", "part"], 102.0),
+        (["part", "outer"], 96.0),
+    ]:
+        command = [sys.executable, "both.py", *asked]
+        environment = {"PYTHONPATH": f"{tmp_path}:{Path(__file__).parents[2]}"}
+        for _ in range(2):
+            done = subprocess.run(  # noqa: S603
+                command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+            )
+            assert done.returncode == 0, done.stderr
+            assert float(done.stdout) == expected
+        for kept in tmp_path.glob("__pycache__/both.outer*"):
+            kept.unlink()
