@@ -104,6 +104,7 @@ def across(  # noqa: PLR0913 - one argument per choice of the user
     step_s: float | None = None,
     jobs: int = 1,
     fresh: bool = False,
+    formats: Sequence[str] = (),
 ) -> AcrossResult:
     """
     Run the same controllers in several scenarios, and compare them in one table.
@@ -128,6 +129,8 @@ def across(  # noqa: PLR0913 - one argument per choice of the user
         Processes to use.
     fresh
         Run what is finished in the results folders, too.
+    formats
+        What figures are written as, ``png`` and ``svg``; both if empty, no figures for ``none``.
 
     Returns
     -------
@@ -148,6 +151,7 @@ def across(  # noqa: PLR0913 - one argument per choice of the user
         "step_s": step_s,
         "jobs": jobs,
         "fresh": fresh,
+        "formats": formats,
     }
     return run_across(choose_across(scenarios, choices), Path(out))
 

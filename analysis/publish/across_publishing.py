@@ -7,7 +7,13 @@ from typing import Any
 
 import pandas as pd
 
-from kankaku.analysis.publish.results_folder import Draw, Kind, publish_folder
+from kankaku.analysis.publish.results_folder import (
+    FORMATS,
+    Draw,
+    Kind,
+    image_names,
+    publish_folder,
+)
 from kankaku.analysis.tables.across_tables import ACROSS_TABLES
 from kankaku.analysis.texts.across_texts import Part, across_report
 
@@ -21,7 +27,7 @@ def publish_across(
     notes: Sequence[str],
     provenance: Mapping[str, Any],
     *,
-    figures: bool = True,
+    formats: Sequence[str] = FORMATS,
 ) -> None:
     """
     Write table, figures, report, columns and provenance.
@@ -38,18 +44,20 @@ def publish_across(
         What a reader has to know of the comparison.
     provenance
         What was run; anything that JSON can hold.
-    figures
-        Draw the figures.
+    formats
+        Of the figures; nothing is drawn without any.
     """
     made: dict[str, Draw] = {}
     # Of a baseline alone there is nothing to draw.
-    if figures and len(set(table["controller"])) > 1:
+    if formats and len(set(table["controller"])) > 1:
         # Here, because matplotlib takes half a second that not every command needs.
         from kankaku.analysis.figures.across_figure import across_figure  # noqa: PLC0415
         from kankaku.analysis.figures.pareto_figure import pareto_figure  # noqa: PLC0415
 
         made = {"pareto": partial(pareto_figure, table), "across": partial(across_figure, table)}
-    report = across_report(parts, table, notes, [f"{name}.png" for name in made])
+    report = across_report(parts, table, notes, image_names(made, formats))
     publish_folder(
-        folder, ACROSS_RESULTS, {"across": table}, made, provenance, texts={"report.md": report}
+        *(folder, ACROSS_RESULTS, {"across": table}, made, provenance),
+        texts={"report.md": report},
+        formats=formats,
     )

@@ -24,6 +24,28 @@ FORMATS = ("png", "svg")
 """Of figures."""
 
 
+def image_names(figures: Iterable[str], formats: Sequence[str]) -> list[str]:
+    """
+    Return the files that a report shows.
+
+    Parameters
+    ----------
+    figures
+        Names of the figures.
+    formats
+        What they are written as; PNG is shown if it is among them.
+
+    Returns
+    -------
+    list[str]
+        One file for each figure; none without formats.
+    """
+    if not formats:
+        return []
+    shown = FORMATS[0] if FORMATS[0] in formats else formats[0]
+    return [f"{figure}.{shown}" for figure in figures]
+
+
 def _images(figures: Iterable[str], formats: Sequence[str] = FORMATS) -> set[str]:
     return {f"{figure}.{ending}" for figure in figures for ending in formats}
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from kankaku.analysis.publish.results_folder import Draw, Kind, publish_folder
+from kankaku.analysis.publish.results_folder import FORMATS, Draw, Kind, image_names, publish_folder
 from kankaku.analysis.results import WRITTEN_TABLES, stations_frame
 from kankaku.analysis.tables.across_tables import across_frame
 from kankaku.analysis.tables.map_window import window_of
@@ -52,7 +52,7 @@ def publish(  # noqa: PLR0913 - one argument per part of the folder
     by_radio: Collection[str] = (),
     knows_future: Collection[str] = (),
     failures: Sequence[str] = (),
-    figures: bool = True,
+    formats: Sequence[str] = FORMATS,
 ) -> Findings:
     """
     Write summary, stations, columns, provenance, figures and report.
@@ -81,8 +81,8 @@ def publish(  # noqa: PLR0913 - one argument per part of the folder
         Names of those that are told the drawn dwell delays.
     failures
         Sentences about runs that failed, for the report.
-    figures
-        Draw figures.
+    formats
+        Of the figures; nothing is drawn without any.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def publish(  # noqa: PLR0913 - one argument per part of the folder
     drawn = [run for run in runs if run.seed == runs[0].seed and run.initial_delay_s in drawn_s]
     shown = [run for run in drawn if run.initial_delay_s == drawn_s[-1]]
     made: dict[str, Draw] = {}
-    if figures:
+    if formats:
         if not scenario.sweep:
             made |= _pareto(scenario, findings.summary, knows_future)
         made |= _figures(scenario, findings.sweep, drawn, shown, stations)
@@ -118,7 +118,7 @@ def publish(  # noqa: PLR0913 - one argument per part of the folder
         shown,
         findings.summary,
         provenance,
-        [f"{name}.png" for name in made],
+        image_names(made, formats),
         swept=findings.sweep,
         shortfalls=Shortfalls(failures, _unfinished(runs, scenario)),
         notes=Notes(
@@ -130,7 +130,7 @@ def publish(  # noqa: PLR0913 - one argument per part of the folder
     if findings.sweep:
         frames |= findings.sweep.frames
     texts = {"report.md": report}
-    publish_folder(folder, STUDY_RESULTS, frames, made, provenance, texts=texts)
+    publish_folder(folder, STUDY_RESULTS, frames, made, provenance, texts=texts, formats=formats)
     return findings
 
 

@@ -27,6 +27,7 @@ from kankaku.commands.shared_options import (
     OUT,
     PROCESSORS,
     Engine,
+    Formats,
     Fresh,
     Jobs,
     MayBeNamed,
@@ -114,6 +115,7 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
     out: Out = OUT,
     fresh: Fresh = False,
     engine: Engine = EVERY_STEP,
+    image: Formats = None,
     gui: Annotated[bool, typer.Option("--gui", help="Show the runs in sumo-gui.")] = False,
     list_controllers: Annotated[
         bool,
@@ -142,6 +144,7 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
         "gui": gui,
         "fresh": fresh,
         "engine": engine,
+        "formats": image or (),
     }
     _end(run_shown.compare(scenario, out, choices))
 
@@ -158,6 +161,7 @@ def across(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
     out: Out = OUT,
     fresh: Fresh = False,
     engine: Engine = EVERY_STEP,
+    image: Formats = None,
 ) -> None:
     """Run the same controllers in several scenarios, and compare them in one table."""
     from kankaku.commands.across_shown import compare_across
@@ -171,6 +175,7 @@ def across(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
         "jobs": jobs,
         "fresh": fresh,
         "engine": engine,
+        "formats": image or (),
     }
     _end(compare_across(scenarios, out, choices))
 

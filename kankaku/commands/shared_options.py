@@ -72,6 +72,14 @@ Engine: TypeAlias = Annotated[
     str,
     typer.Option(help=ENGINE_HELP),
 ]
+Formats: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--format",
+        help="Format of figures, or none; repeat for several.",
+        show_default="png and svg",
+    ),
+]
 Seed: TypeAlias = Annotated[
     int | None, typer.Option(min=0, max=SEED_MAX, help="Seed; the scenario's own if not given.")
 ]

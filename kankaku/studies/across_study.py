@@ -254,7 +254,7 @@ def _publish(result: AcrossResult, wall_s: float) -> None:
             if (name := study.scenario.name) in result.results
         ],
     }
-    for figures in (True, False):
+    for formats in dict.fromkeys((result.studies[0].formats, ())):
         write = partial(
             publish_across,
             result.folder,
@@ -262,12 +262,12 @@ def _publish(result: AcrossResult, wall_s: float) -> None:
             result.table,
             _notes(result),
             told,
-            figures=figures,
+            formats=formats,
         )
         _, failure = attempt(write)
         if failure is None:
             return
-        what = "the figure could not be drawn" if figures else "no table was written"
+        what = "the figure could not be drawn" if formats else "no table was written"
         told_of_it = f"{what}: {failure.sentence}"
         result.failures.append(
             failed_runs.noted_sentence(result.folder, failed_runs.TROUBLE, told_of_it, failure)

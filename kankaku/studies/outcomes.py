@@ -1,17 +1,21 @@
 """What a study is asked for and what it answers, in plain data."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 import pandas as pd
 
+from kankaku.analysis.publish.results_folder import FORMATS
 from kankaku.analysis.tables.sweep import SweepTables
 from kankaku.railway.errors import KankakuError, suggesting
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.step.engine_ways import ENGINES, EVERY_STEP
 from kankaku.store.run_store import Kept, Task
+
+NO_FIGURES = "none"
+"""What the formats of figures are called if there are to be no figures."""
 
 
 class StudyError(KankakuError):
@@ -37,6 +41,35 @@ def refuse_unknown_engine(engine: str) -> None:
         raise StudyError(msg)
 
 
+def formats_of(asked: Sequence[str]) -> tuple[str, ...]:
+    """
+    Return what figures are to be written as.
+
+    Parameters
+    ----------
+    asked
+        Formats, or :data:`NO_FIGURES` alone; the usual ones if empty.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Formats, each once; empty if no figure is to be drawn.
+
+    Raises
+    ------
+    StudyError
+        If there is no such format.
+    """
+    if tuple(asked) == (NO_FIGURES,):
+        return ()
+    for name in asked:
+        if name not in FORMATS:
+            allowed = suggesting(name, FORMATS, ", ".join((*FORMATS, f"or {NO_FIGURES} alone")))
+            msg = f"--format: {name!r}; allowed: {allowed}"
+            raise StudyError(msg)
+    return tuple(dict.fromkeys(asked)) or FORMATS
+
+
 @dataclass(frozen=True, slots=True)
 class Study:
     """What to run."""
@@ -51,6 +84,8 @@ class Study:
     """Run what is finished in the results folder, too."""
     engine: str = EVERY_STEP
     """One of :data:`~kankaku.railway.step.engine_ways.ENGINES`."""
+    formats: tuple[str, ...] = FORMATS
+    """Of the figures; none are drawn without any."""
 
     def __post_init__(self) -> None:
         refuse_unknown_engine(self.engine)

@@ -228,23 +228,23 @@ class Running:
                 result.outcomes.append(Outcome(task, violations, *figures, unfinished))
 
     def _publish(self, wall_s: float) -> None:
-        for figures in (True, False):
+        for formats in dict.fromkeys((self._study.formats, ())):
             work = Path(tempfile.mkdtemp(dir=self._work))
-            findings, failure = attempt(partial(self._publish_to, work, wall_s, figures=figures))
+            findings, failure = attempt(partial(self._publish_to, work, wall_s, formats))
             if findings is not None:
-                if figures:
+                if formats == self._study.formats:
                     failed_runs.forget(self._folder, failed_runs.TROUBLE)
                 self._result.summary, self._result.sweep = findings
                 return
             interrupts.check()
             if failure is not None:
-                what = "the figures could not be drawn" if figures else "no summary was written"
+                what = "the figures could not be drawn" if formats else "no summary was written"
                 told = f"{what}: {failure.sentence}"
                 told = failed_runs.noted_sentence(self._folder, failed_runs.TROUBLE, told, failure)
                 self._result.troubles.append(told)
 
     def _publish_to(
-        self, work: Path, wall_s: float, *, figures: bool
+        self, work: Path, wall_s: float, formats: tuple[str, ...]
     ) -> tuple[pd.DataFrame, SweepTables | None]:
         result, study = self._result, self._study
         # Without a sweep the tables say that no train was delayed.
@@ -271,7 +271,7 @@ class Running:
             by_radio=frozenset(controller.name for controller in built if controller.by_radio),
             knows_future=foretold(self._specs()),
             failures=failed_runs.noted(self._folder),
-            figures=figures,
+            formats=formats,
         )
         with interrupts.undisturbed():
             run_store.move_published(work, self._folder)

@@ -49,6 +49,7 @@ from kankaku.studies.outcomes import (
     StudyError,
     StudyResult,
     Tell,
+    formats_of,
 )
 from kankaku.studies.registered_layers import Registered, registered
 from kankaku.studies.running import Running
@@ -339,6 +340,7 @@ def choose(  # noqa: PLR0913 - one argument per choice of the user
     everything: bool = False,
     fresh: bool = False,
     engine: str = EVERY_STEP,
+    formats: Sequence[str] = (),
 ) -> Study:
     """
     Read a scenario and choose what to run of it.
@@ -368,6 +370,8 @@ def choose(  # noqa: PLR0913 - one argument per choice of the user
         Run what is finished in the results folder, too.
     engine
         How SUMO takes part, one of :data:`~kankaku.railway.step.engine_ways.ENGINES`.
+    formats
+        What figures are written as, ``png`` and ``svg``; both if empty, no figures for ``none``.
 
     Returns
     -------
@@ -381,7 +385,8 @@ def choose(  # noqa: PLR0913 - one argument per choice of the user
     ControllerError
         If a name is no controller, or a setting not allowed.
     StudyError
-        If a sweep is to run with several seeds, or a number is out of range.
+        If a sweep is to run with several seeds, a number is out of range, or there is no such
+        engine or format.
     """
     _refuse_numbers(seed, seeds, step_s, jobs)
     chosen = load(folder_of(scenario))
@@ -400,4 +405,5 @@ def choose(  # noqa: PLR0913 - one argument per choice of the user
         gui,
         fresh,
         engine,
+        formats_of(formats),
     )

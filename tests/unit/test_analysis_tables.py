@@ -38,6 +38,8 @@ from tests.records import (
 
 STAND: Stand = (1, READY_S + 200.0, 30.0, 900.0, 1)
 
+ZOOMED = ("time_distance", "zoom")
+
 
 def example(controller: str = "close_up", seed: int = 1, late_s: float = 20.0) -> RunTables:
     world = three_station_world(trains=3)
@@ -384,3 +386,24 @@ def test_trains_that_are_early_are_compared_by_seconds_on_screen_and_in_the_repo
     report = report_text("Example", runs, summary, {}, ())
     assert "| -1.0 (+2.0 s) |" in report
     assert f"{comparison_note(comparison(summary))}." in report
+
+
+@pytest.mark.parametrize(
+    ("formats", "images", "shown"),
+    [
+        (("svg",), {"time_distance.svg", "zoom.svg"}, "zoom.svg"),
+        (("svg", "png"), {f"{n}.{e}" for n in ZOOMED for e in ("png", "svg")}, "zoom.png"),
+        ((), set(), ""),
+    ],
+)
+def test_only_asked_formats_are_drawn_and_shown_and_earlier_ones_are_removed(
+    tmp_path: Path, formats: tuple[str, ...], images: set[str], shown: str
+) -> None:
+    for name in ("zoom.png", "zoom.svg"):
+        (tmp_path / name).write_text("of an earlier run", encoding="utf-8")
+    publish(tmp_path, scenario(), [example()], {"step_s": 0.5}, formats=formats)
+    written = {file.name for file in tmp_path.iterdir() if file.suffix in {".png", ".svg"}}
+    assert written == images
+    report = (tmp_path / "report.md").read_text(encoding="utf-8")
+    assert ("](zoom" in report) == bool(shown)
+    assert f"]({shown})" in report or not shown

@@ -12,6 +12,7 @@ from kankaku.commands.screen import EXIT_VIOLATION
 from kankaku.controllers import registry
 from kankaku.scenarios.loading.load import load
 from kankaku.studies import study
+from kankaku.studies.outcomes import StudyError, formats_of
 from tests.cli.command import contents, kankaku, two_controllers
 from tests.cli.layers import BLIND
 from tests.unit.scenario_folder import replace, write_scenario
@@ -256,3 +257,17 @@ def test_a_scenario_that_is_no_longer_a_sweep_leaves_no_old_intervals(tmp_path: 
     assert read_results(tmp_path / "out" / "small").intervals is not None
     study.run_study(study.choose(write_scenario(folder), fresh=True), tmp_path / "out")
     assert read_results(tmp_path / "out" / "small").intervals is None
+
+
+@pytest.mark.parametrize(
+    ("asked", "formats"),
+    [((), ("png", "svg")), (("svg", "svg"), ("svg",)), (("none",), ()), (("png",), ("png",))],
+)
+def test_formats_of_figures(asked: tuple[str, ...], formats: tuple[str, ...]) -> None:
+    assert formats_of(asked) == formats
+
+
+@pytest.mark.parametrize("asked", [("pdf",), ("png", "none")])
+def test_other_formats_are_refused(asked: tuple[str, ...]) -> None:
+    with pytest.raises(StudyError, match=rf"--format: '{asked[-1]}'; allowed: .*png, svg"):
+        formats_of(asked)
