@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, MultipleLocator
 
-from kankaku.analysis.tables.columns import by_train, write_whole
+from kankaku.analysis.tables.columns import columns_by_train, write_whole
 from kankaku.analysis.words import clock
 from kankaku.railway.arrays import FloatArray
 
@@ -223,11 +223,11 @@ def draw_booked(axes: Axes, calls: pd.DataFrame, *, label: str) -> None:
     label
         Entry of the legend.
     """
-    for index, (_, own) in enumerate(by_train(calls)):
-        times_s = own[["booked_arrival_s", "booked_departure_s"]].to_numpy().ravel()
+    names = "booked_arrival_s", "booked_departure_s", "stop_m"
+    for index, (_, (*times_s, stop_m)) in enumerate(columns_by_train(calls, *names)):
         axes.plot(
-            times_s,
-            np.repeat(own["stop_m"].to_numpy(), 2),
+            np.column_stack(times_s).ravel(),
+            np.repeat(stop_m, 2),
             color=BOOKED,
             linewidth=0.6,
             label="_" if index else label,

@@ -19,7 +19,7 @@ from kankaku.analysis.figures.style import (
     station_axis,
     style,
 )
-from kankaku.analysis.tables.columns import by_train
+from kankaku.analysis.tables.columns import columns_by_train
 from kankaku.analysis.tables.interstation import stop_totals
 from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.analysis.words import label_of
@@ -108,8 +108,8 @@ def _frame_panel(
 def _draw_panel(axes: Axes, run: RunTables, index: int) -> None:
     draw_booked(axes, run.calls, label="booked")
     _shade_lateness(axes, run.calls, colour(index))
-    for _, own in by_train(run.trajectory):
-        axes.plot(own["time_s"], own["front_m"], color=colour(index), linewidth=0.7)
+    for _, (time_s, front_m) in columns_by_train(run.trajectory, "time_s", "front_m"):
+        axes.plot(time_s, front_m, color=colour(index), linewidth=0.7)
     stops = run.interstation_stops
     axes.scatter(
         stops["start_s"] + stops["duration_s"] / 2,
@@ -129,11 +129,11 @@ def _draw_panel(axes: Axes, run: RunTables, index: int) -> None:
 
 
 def _shade_lateness(axes: Axes, calls: pd.DataFrame, shade: str) -> None:
-    for _, own in by_train(calls):
-        booked_s = own[["booked_arrival_s", "booked_departure_s"]].to_numpy().ravel()
-        actual_s = own[["arrival_s", "departure_s"]].to_numpy().ravel()
+    times = "booked_arrival_s", "booked_departure_s", "arrival_s", "departure_s"
+    for _, (stop_m, *own) in columns_by_train(calls, "stop_m", *times):
+        booked_s, actual_s = np.column_stack(own[:2]).ravel(), np.column_stack(own[2:]).ravel()
         axes.fill_betweenx(
-            np.repeat(own["stop_m"].to_numpy(), 2),
+            np.repeat(stop_m, 2),
             booked_s,
             actual_s,
             # A comparison with nan is false: calls never reached are not shaded.

@@ -17,7 +17,7 @@ from kankaku.analysis.figures.style import (
     station_axis,
     style,
 )
-from kankaku.analysis.tables.columns import by_train, rows_of
+from kankaku.analysis.tables.columns import columns_by_train, rows_of
 from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.analysis.tables.worst import Worst, worst_moment
 from kankaku.analysis.words import KMH_PER_MPS, clock, label_of
@@ -103,11 +103,11 @@ def _stop_places(calls: pd.DataFrame, stations: pd.DataFrame) -> pd.DataFrame:
 
 
 def _draw_run(axes: Axes, run: RunTables, index: int, worst: Worst, width: float) -> None:
-    for train, own in by_train(run.trajectory):
+    for train, (time_s, front_m) in columns_by_train(run.trajectory, "time_s", "front_m"):
         concerned = train == worst.train
         axes.plot(
-            own["time_s"],
-            own["front_m"],
+            time_s,
+            front_m,
             color=colour(index),
             linestyle=dashes(index),
             linewidth=width if concerned else 0.4 * width,

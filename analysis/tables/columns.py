@@ -249,3 +249,28 @@ def by_train(frame: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
         Trains in order of appearance with their rows.
     """
     return [(str(train), rows) for train, rows in frame.groupby("train", sort=False)]
+
+
+def columns_by_train(
+    frame: pd.DataFrame, *names: str
+) -> list[tuple[str, tuple[np.ndarray[tuple[int], np.dtype[Any]], ...]]]:
+    """
+    Split columns of a table by train, much faster than the table.
+
+    Parameters
+    ----------
+    frame
+        A table with a column ``train``.
+    *names
+        Columns.
+
+    Returns
+    -------
+    list[tuple[str, tuple[numpy.ndarray, ...]]]
+        Trains in order of appearance with their values of each column. shape (n_rows,) of a train
+    """
+    numbers, trains = pd.factorize(frame["train"])
+    order = np.argsort(numbers, kind="stable")
+    firsts = np.searchsorted(numbers[order], np.arange(1, len(trains)))
+    columns = [np.split(frame[name].to_numpy()[order], firsts) for name in names]
+    return [(str(train), tuple(parts)) for train, *parts in zip(trains, *columns, strict=True)]
