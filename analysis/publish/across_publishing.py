@@ -7,6 +7,7 @@ from typing import Any
 
 import pandas as pd
 
+from kankaku.analysis.page.html import PAGE
 from kankaku.analysis.publish.results_folder import (
     FORMATS,
     Draw,
@@ -17,7 +18,9 @@ from kankaku.analysis.publish.results_folder import (
 from kankaku.analysis.tables.across_tables import ACROSS_TABLES
 from kankaku.analysis.texts.across_texts import Part, across_report
 
-ACROSS_RESULTS = Kind("across", ACROSS_TABLES, figures=("across", "pareto"), texts=("report.md",))
+ACROSS_RESULTS = Kind(
+    "across", ACROSS_TABLES, figures=("across", "pareto"), texts=("report.md", PAGE)
+)
 
 
 def publish_across(

@@ -7,6 +7,7 @@ from typing import Any
 
 import pandas as pd
 
+from kankaku.analysis.page.html import PAGE
 from kankaku.analysis.publish.results_folder import FORMATS, Draw, Kind, publish_folder
 from kankaku.analysis.tables.across_tables import DELAY, ENERGY, STOPS
 from kankaku.analysis.tables.columns import json_text
@@ -38,7 +39,7 @@ def ensemble_results(dataset: Mapping[str, tuple[Column, ...]], plan: str) -> Ki
         "study",
         {**STUDY_TABLES, **dataset},
         figures=("box", "ecdf", "running_mean"),
-        texts=(FOUND,),
+        texts=(FOUND, PAGE),
         elsewhere=frozenset(dataset),
         made_from=plan,
     )

@@ -1,15 +1,21 @@
 """Everything of a results folder beside the raw tables: summary, figures, report."""
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
 
+from kankaku.analysis.page.html import PAGE, page_of
+from kankaku.analysis.page.page_data import PageSource
+from kankaku.analysis.page.reading import line_of
 from kankaku.analysis.publish.results_folder import FORMATS, Draw, Kind, image_names, publish_folder
-from kankaku.analysis.results import WRITTEN_TABLES, stations_frame
+from kankaku.analysis.results import WRITTEN_TABLES, Results, columns_frame, stations_frame
 from kankaku.analysis.tables.across_tables import across_frame
+from kankaku.analysis.tables.columns import json_text
+from kankaku.analysis.tables.line_told import LINE_FILE, line_told
 from kankaku.analysis.tables.map_window import window_of
 from kankaku.analysis.tables.network_tables import NETWORK_TABLES, network_tables
 from kankaku.analysis.tables.run_tables import RunTables
@@ -27,7 +33,7 @@ STUDY_RESULTS = Kind(
     "summary",
     {**WRITTEN_TABLES, **SWEPT_TABLES, **NETWORK_TABLES},
     figures=("intervals", "pareto", "speed_distance", "time_distance", "track_plan", "zoom"),
-    texts=("report.md",),
+    texts=("report.md", LINE_FILE, PAGE),
     elsewhere=frozenset(RAW_TABLES),
 )
 AROUND_S = 1800.0
@@ -129,9 +135,29 @@ def publish(  # noqa: PLR0913 - one argument per part of the folder
     frames = {"summary": findings.summary, "stations": stations, **network}
     if findings.sweep:
         frames |= findings.sweep.frames
-    texts = {"report.md": report}
+    line = line_told(scenario, knows_future)
+    texts = {"report.md": report, LINE_FILE: json_text(line)}
+    if formats:
+        swept = findings.sweep
+        results = Results(
+            folder=folder,
+            summary=findings.summary,
+            columns=columns_frame(),
+            stations=stations,
+            runs=tuple(_seen_in(shown, run) for run in runs),
+            provenance=provenance,
+            intervals=swept.intervals if swept else None,
+            sweep=swept.indicators if swept else None,
+            network=network,
+        )
+        texts[PAGE] = page_of([PageSource(scenario.name, results, line_of(line))])
     publish_folder(folder, STUDY_RESULTS, frames, made, provenance, texts=texts, formats=formats)
     return findings
+
+
+def _seen_in(shown: Sequence[RunTables], run: RunTables) -> RunTables:
+    """Return a run with its trajectory if it is one of those that figures show."""
+    return run if run in shown else replace(run, trajectory=run.trajectory.iloc[:0])
 
 
 def _unfinished(runs: Sequence[RunTables], scenario: Scenario) -> list[str]:

@@ -33,6 +33,7 @@ from kankaku.commands.shared_options import (
     MayBeNamed,
     Named,
     Names,
+    Opened,
     Out,
     Seed,
     Settings,
@@ -97,6 +98,12 @@ app = typer.Typer(
 )
 
 
+def _open_page(folder: Path, opened: bool | None) -> None:
+    from kankaku.commands.page_shown import open_page
+
+    open_page(folder / "report.html", wanted=opened)
+
+
 def _end(status: int) -> None:
     if status:
         raise typer.Exit(status)
@@ -117,6 +124,7 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
     engine: Engine = EVERY_STEP,
     image: Formats = None,
     gui: Annotated[bool, typer.Option("--gui", help="Show the runs in sumo-gui.")] = False,
+    opened: Opened = None,
     list_controllers: Annotated[
         bool,
         typer.Option(
@@ -146,7 +154,7 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
         "engine": engine,
         "formats": image or (),
     }
-    _end(run_shown.compare(scenario, out, choices))
+    _end(run_shown.compare(scenario, out, choices, opened))
 
 
 @app.command("across")
@@ -162,6 +170,7 @@ def across(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
     fresh: Fresh = False,
     engine: Engine = EVERY_STEP,
     image: Formats = None,
+    opened: Opened = None,
 ) -> None:
     """Run the same controllers in several scenarios, and compare them in one table."""
     from kankaku.commands.across_shown import compare_across
@@ -177,7 +186,9 @@ def across(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
         "engine": engine,
         "formats": image or (),
     }
-    _end(compare_across(scenarios, out, choices))
+    status = compare_across(scenarios, out, choices)
+    _open_page(out / "across", opened)
+    _end(status)
 
 
 @app.command("study")
@@ -198,6 +209,7 @@ def study(  # noqa: PLR0913, PLR0917 - one argument per option of the command li
     indicator: study_options.Drawn = None,
     image: study_options.Images = None,
     fresh: Fresh = False,
+    opened: Opened = None,
 ) -> None:
     """Run controllers on very many seeds, for means, intervals and distributions."""
     from kankaku.commands import ensemble_shown
@@ -213,7 +225,9 @@ def study(  # noqa: PLR0913, PLR0917 - one argument per option of the command li
     }
     wanted = {"engine": engine, "shard": shard, "until": until, "trajectories": trajectories}
     drawing = (indicator or (), image or ())
-    _end(ensemble_shown.run_many(scenarios, out, choices, wanted, scheduler, drawing))
+    status = ensemble_shown.run_many(scenarios, out, choices, wanted, scheduler, drawing)
+    _open_page(out, opened)
+    _end(status)
 
 
 @app.command("merge")
@@ -227,6 +241,28 @@ def merge(
     from kankaku.commands import ensemble_shown
 
     _end(ensemble_shown.put_together(out, parts or (), (indicator or (), image or ())))
+
+
+@app.command("report")
+def report(
+    results: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RESULTS...",
+            show_default=False,
+            help="Results folders of run, across or study; those of one line are compared.",
+        ),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="File of the page.", show_default="report.html in or beside RESULTS"),
+    ] = None,
+    opened: Opened = None,
+) -> None:
+    """Make the page of saved results, also old and partial ones, or of several to compare."""
+    from kankaku.commands.page_shown import make_page
+
+    _end(make_page(results, out, wanted=opened))
 
 
 @app.command("capacity")

@@ -8,10 +8,12 @@ from rich.markup import escape
 from rich.progress import ProgressColumn, Task, TaskID
 from rich.text import Text
 
+from kankaku.analysis.page.html import PAGE
 from kankaku.analysis.tables.compare import comparison
 from kankaku.analysis.texts.comparison_texts import comparison_note, comparison_texts
 from kankaku.analysis.texts.report import unfinished_heading
 from kankaku.analysis.texts.sweep_texts import sweep_texts
+from kankaku.commands.page_shown import open_page
 from kankaku.commands.screen import (
     SIDE_BY_SIDE,
     Log,
@@ -33,7 +35,9 @@ from kankaku.studies import study
 from kankaku.studies.outcomes import Go, Hearers
 
 
-def compare(scenario: Path | None, out: Path, choices: Mapping[str, Any]) -> int:
+def compare(
+    scenario: Path | None, out: Path, choices: Mapping[str, Any], opened: bool | None = None
+) -> int:
     """
     Run controllers of a scenario and compare them.
 
@@ -45,6 +49,8 @@ def compare(scenario: Path | None, out: Path, choices: Mapping[str, Any]) -> int
         Folder that will hold the results folder.
     choices
         As of :func:`kankaku.studies.study.choose`.
+    opened
+        Open the page; if None, where there is a desktop.
 
     Returns
     -------
@@ -58,7 +64,9 @@ def compare(scenario: Path | None, out: Path, choices: Mapping[str, Any]) -> int
         show_doubts(chosen)
         with study.ready(chosen, out) as go:
             result = run_shown(chosen, go)
-    return report(result, chosen)
+    status = report(result, chosen)
+    open_page(result.folder / PAGE, wanted=opened)
+    return status
 
 
 class Clock(ProgressColumn):

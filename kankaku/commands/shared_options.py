@@ -84,6 +84,14 @@ Seed: TypeAlias = Annotated[
     int | None, typer.Option(min=0, max=SEED_MAX, help="Seed; the scenario's own if not given.")
 ]
 Out: TypeAlias = Annotated[Path, typer.Option(help="Where results go.")]
+Opened: TypeAlias = Annotated[
+    bool | None,
+    typer.Option(
+        "--open/--no-open",
+        help="Open the page of the results, report.html.",
+        show_default="where there is a desktop",
+    ),
+]
 Fresh: TypeAlias = Annotated[
     bool, typer.Option("--fresh", help="Start anew instead of continuing earlier runs.")
 ]

@@ -28,6 +28,7 @@ from kankaku.store import failed_runs
 from kankaku.store.holding import held
 from kankaku.store.run_store import controller_told
 from kankaku.studies.outcomes import Go, Hearers, Study, StudyError, StudyResult
+from kankaku.studies.page_sources import page_of_folder
 from kankaku.studies.provenance import provenance_of
 from kankaku.studies.study import choose, ready
 from kankaku.workers import attempt
@@ -265,6 +266,8 @@ def _publish(result: AcrossResult, wall_s: float) -> None:
             formats=formats,
         )
         _, failure = attempt(write)
+        if failure is None and formats:
+            _, failure = attempt(partial(page_of_folder, result.folder))
         if failure is None:
             return
         what = "the figure could not be drawn" if formats else "no table was written"

@@ -17,6 +17,7 @@ from kankaku.studies.ensemble_findings import (
     root_of,
 )
 from kankaku.studies.ensemble_running import refuse_other
+from kankaku.studies.page_sources import LINES, page_of_folder
 
 
 def merge(folder: Path, parts: Sequence[Path], drawing: Drawing | None = None) -> EnsembleFindings:
@@ -59,7 +60,13 @@ def merge(folder: Path, parts: Sequence[Path], drawing: Drawing | None = None) -
             raise EnsembleError(str(folder), "holds no run of the study", "folders of its parts")
         write_whole(folder / PLAN, json_text(plan.told()))
         findings = findings_of(folder, plan, there)
-        publish_findings(folder, findings, drawing or Drawing())
+        drawn = drawing or Drawing()
+        publish_findings(folder, findings, drawn)
+        lines = next((part / LINES for part in (folder, *parts) if (part / LINES).is_file()), None)
+        if lines is not None:
+            write_whole(folder / LINES, lines.read_bytes())
+        if drawn.formats:
+            page_of_folder(folder)
     return findings
 
 

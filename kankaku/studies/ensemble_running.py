@@ -32,6 +32,7 @@ from kankaku.studies.ensemble_findings import (
     summary_of,
 )
 from kankaku.studies.ensemble_runs import EnsembleRuns, MakeRecord, on_sumo
+from kankaku.studies.page_sources import LINES, lines_text, page_of_folder
 from kankaku.studies.registered_layers import registered
 from kankaku.studies.running import NO_ROOM
 from kankaku.studies.study import world_of
@@ -318,9 +319,11 @@ class EnsembleRunning:
 
     def _write_plan(self) -> None:
         # Several parts may write it at once, and all of them the same.
-        written = self._work / PLAN
-        written.write_text(json_text(self._plan.told()), "utf-8")
-        written.replace(self._folder / PLAN)
+        lines = lines_text(self._ensemble.studies, self._plan.knows_future)
+        for name, text in ((PLAN, json_text(self._plan.told())), (LINES, lines)):
+            written = self._work / name
+            written.write_text(text, "utf-8")
+            written.replace(self._folder / name)
 
     def _more(self) -> list[EnsembleTask]:
         """Return what of the next batch is missing, unless enough is known by now."""
@@ -398,6 +401,8 @@ class EnsembleRunning:
                 publish_findings, self._folder, findings, Drawing(drawing.indicators, formats)
             )
             failure = attempt(write)[1]
+            if failure is None and formats:
+                failure = attempt(partial(page_of_folder, self._folder))[1]
             if failure is None:
                 return
             interrupts.check()

@@ -38,7 +38,7 @@ def test_one_table_has_a_row_for_each_scenario_and_controller(
     assert {item.name for item in out.iterdir()} == {"across", "metro", "tram"}
     assert {item.name for item in (out / "across").iterdir()} == {
         *("across.csv", "across.png", "across.svg", "pareto.png", "pareto.svg"),
-        *("columns.csv", "provenance.json", "report.md"),
+        *("columns.csv", "provenance.json", "report.html", "report.md"),
     }
     again = kankaku("across", *folders, "--out", out, *both, width=80)
     assert again.complaints.count("nothing had to be run") == 2

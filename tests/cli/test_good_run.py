@@ -9,6 +9,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from kankaku.analysis.page.html import PAGE, page_of
+from kankaku.analysis.page.reading import read_source
 from kankaku.analysis.results import read_results
 from kankaku.scenarios.loading.load import load
 from tests.cli.command import (
@@ -145,6 +147,12 @@ def test_the_report_names_title_safety_and_figures_that_exist(results: Path) -> 
     linked = [part.split(")")[0] for part in report.split("](")[1:]]
     assert linked
     assert all((results / name).is_file() for name in linked)
+
+
+def test_the_page_is_made_again_from_the_saved_tables(results: Path) -> None:
+    page = (results / PAGE).read_text("utf-8")
+    assert page == page_of([read_source(results)])
+    assert "<title>Small</title>" in page
 
 
 def test_the_folder_reads_back_in_one_call(results: Path) -> None:

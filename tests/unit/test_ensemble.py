@@ -38,7 +38,8 @@ def whole(scenario: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_folder_holds_the_dataset_and_what_it_shows(whole: Path) -> None:
     names = {item.name for item in whole.iterdir()}
-    assert names == {"plan.json", "runs", "study.csv", "study.json", "columns.csv"}
+    tables = {"study.csv", "study.json", "columns.csv"}
+    assert names == {"plan.json", "lines.json", "runs", *tables}
     tables = {item.name for item in (whole / "runs").iterdir()}
     assert tables == {"table=summary", "table=calls", "table=stops"}
 
