@@ -6,122 +6,143 @@ gradient. Whoever has a net brake may still lose more speed than that: on a clim
 does not hold against.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray, IntArray
+from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import formula
 from kankaku.railway.plan.world import World
+from kankaku.railway.safety.numbers import greater, share
+from kankaku.railway.safety.pull import Pull, level_acceleration_mps2
 
 
-class Brakes:
-    """The brakes of all trains."""
+class Fleet(NamedTuple):
+    """What the monitor knows of all trains; arrays of shape (n_trains,)."""
 
-    def __init__(self, world: World) -> None:
-        self._world = world
-        self._gravity_mps2 = GRAVITY_MPS2 * world.of_type("brake_gravity_ratio")
-        self._service_mps2 = world.of_type("service_brake_mps2")
-        self._build_up_s = world.of_type("brake_build_up_s")
-        self._net = world.of_type("net_brake") > 0.0
-        sharpest_m = min((curve.radius_m for curve in world.line.curves), default=np.inf)
-        weight = GRAVITY_MPS2 * world.of_type("gravity_ratio")
-        self._curves_mps2 = weight * world.of_type("curve_resistance_m") / sharpest_m
+    kind: IntArray
+    """Train type."""
+    length_m: FloatArray
+    maximum_mps: FloatArray
+    service_mps2: FloatArray
+    emergency_mps2: FloatArray
+    build_up_s: FloatArray
+    """Until the brake is whole."""
+    brake_gravity_mps2: FloatArray
+    """What a gradient of 1 adds to the brake; 0 for net brakes."""
+    weight_mps2: FloatArray
+    """What a gradient of 1 takes from the acceleration."""
+    curves_mps2: FloatArray
+    """What the sharpest curve takes."""
+    net: BoolArray
+    """Brakes reach their rate on any gradient."""
 
-    @property
-    def build_up(self) -> bool:
-        """Whether any brake needs time until it is whole."""
-        return bool(self._build_up_s.any())
 
-    def rising_m(
-        self, slope: FloatArray, speed_mps: FloatArray, gained_mps2: FloatArray, rows: IntArray
-    ) -> FloatArray:
-        """
-        Return how much further trains run because their service brakes build up.
+class TrainData(NamedTuple):
+    """What the monitor knows of one train; fields of :class:`Fleet`."""
 
-        Traction is gone at once; what of a brake is not there yet comes evenly, in its share of
-        the build-up.
+    kind: int
+    maximum_mps: float
+    service_mps2: float
+    emergency_mps2: float
+    build_up_s: float
+    brake_gravity_mps2: float
+    weight_mps2: float
+    curves_mps2: float
+    net: bool
 
-        Parameters
-        ----------
-        slope
-            Gradients under them, rising positive. [-], shape (n_steps, n_columns)
-        speed_mps
-            Their speeds. [m/s], same shape
-        gained_mps2
-            How much faster they are getting. [m/s2], same shape
-        rows
-            The trains. shape (n_columns,)
 
-        Returns
-        -------
-        FloatArray
-            Beyond the braking distance, by the rate of the brake; 0 for who stands before it is
-            whole. [m], same shape
-        """
-        build_up_s, rate_mps2 = self._build_up_s[rows], self._service_mps2[rows]
-        whole_mps2 = rate_mps2 + self.gravity_mps2(rows) * slope
-        rise_s = build_up_s * np.clip((whole_mps2 + gained_mps2) / rate_mps2, 0.0, 1.0)
-        rising_mps3 = np.divide(
-            rate_mps2, build_up_s, out=np.zeros(rows.size), where=build_up_s > 0.0
-        )
-        first_mps2 = whole_mps2 - rising_mps3 * rise_s
-        then_mps = speed_mps - first_mps2 * rise_s - 0.5 * rising_mps3 * rise_s**2
-        risen_m = (speed_mps - 0.5 * first_mps2 * rise_s - rising_mps3 * rise_s**2 / 6.0) * rise_s
-        further_m2ps2 = whole_mps2 * risen_m
-        further_m2ps2 += 0.5 * (np.square(then_mps) - np.square(speed_mps))
-        return np.where(then_mps > 0.0, further_m2ps2 / rate_mps2, 0.0)
+def fleet_of(world: World) -> Fleet:
+    """
+    Return what the monitor knows of all trains.
 
-    def gravity_mps2(self, rows: IntArray) -> FloatArray:
-        """
-        Return what a gradient adds to the brakes of trains.
+    Parameters
+    ----------
+    world
+        Line and trains.
 
-        Parameters
-        ----------
-        rows
-            The trains. shape (n_columns,)
+    Returns
+    -------
+    Fleet
+        Read from the rolling stock and the curves of the line.
+    """
+    sharpest_m = min((curve.radius_m for curve in world.line.curves), default=np.inf)
+    weight_mps2 = GRAVITY_MPS2 * world.of_type("gravity_ratio")
+    return Fleet(
+        world.type_index.astype(np.intp),
+        world.length_m.astype(np.float64),
+        world.of_type("maximum_speed_mps"),
+        world.of_type("service_brake_mps2"),
+        world.of_type("emergency_brake_mps2"),
+        world.of_type("brake_build_up_s"),
+        GRAVITY_MPS2 * world.of_type("brake_gravity_ratio"),
+        weight_mps2,
+        weight_mps2 * world.of_type("curve_resistance_m") / sharpest_m,
+        world.of_type("net_brake") > 0.0,
+    )
 
-        Returns
-        -------
-        FloatArray
-            For a gradient of 1; 0 for net brakes. [m/s2], shape (n_columns,)
-        """
-        return self._gravity_mps2[rows]
 
-    def strongest_mps2(
-        self, rate_mps2: FloatArray, slope: FloatArray, speed_mps: FloatArray, rows: IntArray
-    ) -> FloatArray:
-        """
-        Return how much speed trains may lose that brake at a rate at most.
+@formula
+def data_of(fleet: Fleet, row: int) -> TrainData:
+    """Return what the monitor knows of a train."""
+    return TrainData(
+        fleet.kind[row],
+        fleet.maximum_mps[row],
+        fleet.service_mps2[row],
+        fleet.emergency_mps2[row],
+        fleet.build_up_s[row],
+        fleet.brake_gravity_mps2[row],
+        fleet.weight_mps2[row],
+        fleet.curves_mps2[row],
+        fleet.net[row],
+    )
 
-        Parameters
-        ----------
-        rate_mps2
-            Rates of their brakes. [m/s2], shape (n_columns,)
-        slope
-            Mean gradients under them, rising positive. [-], shape (n_steps, n_columns)
-        speed_mps
-            How fast they are at most. [m/s], same shape
-        rows
-            The trains. shape (n_columns,)
 
-        Returns
-        -------
-        FloatArray
-            Deceleration. [m/s2], same shape
-        """
-        most_mps2 = rate_mps2 + self._gravity_mps2[rows] * slope
-        net = np.flatnonzero(self._net[rows])
-        if net.size:
-            climbing_mps2 = self._climbing_mps2(slope[:, net], speed_mps[:, net], rows[net])
-            most_mps2[:, net] = np.maximum(most_mps2[:, net], climbing_mps2)
-        return most_mps2
+@formula
+def overrun_m(train: TrainData, speed_mps: float, room_m: float, lift_m: float) -> float:
+    """
+    Return how much further than a room a train runs by its service brake: by energy. [m]
 
-    def _climbing_mps2(
-        self, slope: FloatArray, speed_mps: FloatArray, rows: IntArray
-    ) -> FloatArray:
-        """Return what trains lose at most with all their traction. [m/s2]"""
-        world, kinds = self._world, self._world.type_index[rows]
-        weight = GRAVITY_MPS2 * world.of_type("gravity_ratio")[rows]
-        lost_mps2 = weight * slope + self._curves_mps2[rows]
-        for index, kind in enumerate(world.train_types):
-            columns = np.flatnonzero(kinds == index)
-            lost_mps2[:, columns] -= kind.level_acceleration_mps2(speed_mps[:, columns])
-        return lost_mps2
+    ``(v^2 / 2 - (b s + g h)) / b``, with the room ``s`` and the mean height ``h`` that the whole
+    train has gained at the end of it.
+    """
+    available_m2ps2 = train.service_mps2 * room_m + train.brake_gravity_mps2 * lift_m
+    return (0.5 * speed_mps**2 - available_m2ps2) / train.service_mps2
+
+
+@formula
+def rising_m(train: TrainData, slope: float, speed_mps: float, gained_mps2: float) -> float:
+    """
+    Return how much further a train runs because its service brake builds up. [m]
+
+    Traction is gone at once; what of a brake is not there yet comes evenly, in its share of
+    the build-up. Zero for who stands before the brake is whole.
+    """
+    if train.build_up_s <= 0.0:
+        return 0.0
+    rate_mps2 = train.service_mps2
+    whole_mps2 = rate_mps2 + train.brake_gravity_mps2 * slope
+    rise_s = train.build_up_s * share((whole_mps2 + gained_mps2) / rate_mps2)
+    rising_mps3 = rate_mps2 / train.build_up_s
+    first_mps2 = whole_mps2 - rising_mps3 * rise_s
+    then_mps = speed_mps - first_mps2 * rise_s - 0.5 * rising_mps3 * rise_s**2
+    risen_m = (speed_mps - 0.5 * first_mps2 * rise_s - rising_mps3 * rise_s**2 / 6.0) * rise_s
+    further_m2ps2 = whole_mps2 * risen_m + 0.5 * (then_mps**2 - speed_mps**2)
+    return further_m2ps2 / rate_mps2 if then_mps > 0.0 else 0.0
+
+
+@formula
+def strongest_mps2(
+    pull: Pull, train: TrainData, rate_mps2: float, slope: float, speed_mps: float
+) -> float:
+    """
+    Return how much speed a train may lose that brakes at a rate at most. [m/s2]
+
+    Who has a net brake may lose as much as a climb takes with all traction.
+    """
+    most_mps2 = rate_mps2 + train.brake_gravity_mps2 * slope
+    if train.net:
+        climbing_mps2 = train.weight_mps2 * slope + train.curves_mps2
+        climbing_mps2 -= level_acceleration_mps2(pull, train.kind, speed_mps)
+        most_mps2 = greater(most_mps2, climbing_mps2)
+    return most_mps2

@@ -5,128 +5,148 @@ Protection looks at a line along the routes of its trains. The monitor does not 
 makes of that: it works out where a train lies on the line, and reads the line itself.
 """
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import formula
 from kankaku.railway.plan.line import Direction, Gradient, Line, SpeedLimit
 from kankaku.railway.plan.timetable import Service
 from kankaku.railway.plan.world import World
-from kankaku.railway.safety.heights import Heights, heights_of, mean_height_m
-from kankaku.railway.safety.positions import lower_on
+from kankaku.railway.safety.heights import Heights, area_m2, height_m, heights_of
+from kankaku.railway.safety.numbers import knot_before, lesser
+
+
+class Ground(NamedTuple):
+    """
+    The line under the trains, in every way that trains lie on it.
+
+    A lie is a direction with the gradients of some tracks and the limits of some trains. Knots
+    and limits of all lies stand one after the other.
+    """
+
+    heights: Heights
+    limits: FloatArray
+    """Start and end [m], and limit [m/s]. shape (n_limits, 3)"""
+    knot_ends: IntArray
+    """First and last knot of each lie. shape (n_lies, 2)"""
+    limit_ends: IntArray
+    """First limit of each lie, and the one behind its last. shape (n_lies, 2)"""
+    falling: BoolArray
+    """Trains run towards lower chainage. shape (n_lies,)"""
+    lie_of: IntArray
+    """Lie of each train. shape (n_trains,)"""
+    turned_m: float
+    """Less a chainage, the coordinate of a train that falls. [m]"""
 
 
 class Lie(NamedTuple):
-    """Trains that lie on the same line in the same way."""
+    """How one train lies on the line; of :class:`Ground`."""
 
-    line: Line
-    """With the gradients of their tracks and the limits that they keep."""
-    heights: Heights
+    length_m: float
+    turned_m: float
     falling: bool
+    knots: tuple[int, int]
+    """First and last one."""
+    limits: tuple[int, int]
+    """First one, and the one behind the last."""
 
 
-class Ground:
-    """The line under the trains."""
+class Under(NamedTuple):
+    """Where a train is on the line, by chainage, and the knots before its ends."""
 
-    def __init__(self, world: World) -> None:
-        self._world = world
-        self._lies: list[Lie] = []
-        self._lie_of = np.zeros(world.size, dtype=np.intp)
-        known: dict[tuple[object, ...], int] = {}
-        for row, service in enumerate(world.timetable.services):
-            key = _lies_on(world.line, service)
-            if key not in known:
-                falling, gradients, limits = key
-                line = replace(world.line, gradients=gradients, limits=limits)
-                known[key] = len(self._lies)
-                self._lies.append(Lie(line, heights_of(line), falling))
-            self._lie_of[row] = known[key]
-        low_m, high_m = world.line.start_m, world.line.end_m
-        self._turned_m = low_m + high_m
+    upper_m: float
+    lower_m: float
+    knots: tuple[int, int]
 
-    def _by_lie(self, rows: IntArray) -> Iterator[tuple[Lie, IntArray | slice]]:
-        if len(self._lies) == 1:
-            yield self._lies[0], slice(None)
-            return
-        lies = self._lie_of[rows]
-        for number in np.unique(lies).tolist():
-            yield self._lies[number], np.flatnonzero(lies == number)
 
-    def _upper_m(self, lie: Lie, front_m: FloatArray, length_m: FloatArray) -> FloatArray:
-        """Return the end of each train that lies at the higher chainage. [m]"""
-        return self._turned_m - front_m + length_m if lie.falling else front_m
+def ground_of(world: World) -> Ground:
+    """
+    Return the line under the trains.
 
-    def mean_height_m(self, front_m: FloatArray, rows: IntArray) -> FloatArray:
-        """
-        Return the height of the track averaged over trains.
+    Parameters
+    ----------
+    world
+        Line and trains.
 
-        Parameters
-        ----------
-        front_m
-            Fronts. [m], shape (n_steps, n_columns)
-        rows
-            The trains. shape (n_columns,)
+    Returns
+    -------
+    Ground
+        Read from the line alone.
+    """
+    known: dict[tuple[object, ...], int] = {}
+    lie_of, polygons, limits = [], [], []
+    ways: list[bool] = []
+    for service in world.timetable.services:
+        way = falling, gradients, kept = _lies_on(world.line, service)
+        if way not in known:
+            known[way] = len(ways)
+            ways.append(falling)
+            polygons.append(heights_of(replace(world.line, gradients=gradients)))
+            limits.append([(one.start_m, one.end_m, one.limit_mps) for one in kept])
+        lie_of.append(known[way])
+    knots = np.cumsum([0, *(polygon.knots_m.size for polygon in polygons)])
+    limited = np.cumsum([0, *map(len, limits)])
+    return Ground(
+        Heights(*map(np.concatenate, zip(*polygons, strict=True))),
+        np.array([one for lie in limits for one in lie], dtype=np.float64).reshape(-1, 3),
+        np.column_stack((knots[:-1], knots[1:] - 1)).astype(np.intp),
+        np.column_stack((limited[:-1], limited[1:])).astype(np.intp),
+        np.array(ways, dtype=np.bool_),
+        np.array(lie_of, dtype=np.intp),
+        world.line.start_m + world.line.end_m,
+    )
 
-        Returns
-        -------
-        FloatArray
-            [m], same shape
-        """
-        lengths_m, mean_m = self._world.length_m[rows], np.empty_like(front_m)
-        for lie, columns in self._by_lie(rows):
-            length_m = lengths_m[columns]
-            upper_m = self._upper_m(lie, front_m[:, columns], length_m)
-            mean_m[:, columns] = mean_height_m(upper_m, length_m, *lie.heights)
-        return mean_m
 
-    def rises_m(self, front_m: FloatArray, rows: IntArray) -> FloatArray:
-        """
-        Return by how much the fronts of trains are higher than their tails.
+@formula
+def lie_of(ground: Ground, row: int, length_m: float) -> Lie:
+    """Return how a train lies on the line."""
+    lie = ground.lie_of[row]
+    return Lie(
+        length_m,
+        ground.turned_m,
+        ground.falling[lie],
+        (ground.knot_ends[lie, 0], ground.knot_ends[lie, 1]),
+        (ground.limit_ends[lie, 0], ground.limit_ends[lie, 1]),
+    )
 
-        Parameters
-        ----------
-        front_m
-            Fronts. [m], shape (..., n_columns)
-        rows
-            The trains. shape (n_columns,)
 
-        Returns
-        -------
-        FloatArray
-            [m], same shape
-        """
-        lengths_m, rise_m = self._world.length_m[rows], np.empty_like(front_m)
-        for lie, columns in self._by_lie(rows):
-            length_m = lengths_m[columns]
-            upper_m = self._upper_m(lie, front_m[..., columns], length_m)
-            rise = lie.line.height_m(upper_m) - lie.line.height_m(upper_m - length_m)
-            rise_m[..., columns] = -rise if lie.falling else rise
-        return rise_m
+@formula
+def under(heights: Heights, lie: Lie, front_m: float, near: tuple[int, int]) -> Under:
+    """Return where a train is whose front is at a place; ``near`` is a guess of the knots."""
+    upper_m = lie.turned_m - front_m + lie.length_m if lie.falling else front_m
+    lower_m = upper_m - lie.length_m
+    upper = knot_before(heights.knots_m, lie.knots, upper_m, near[0])
+    lower = knot_before(heights.knots_m, lie.knots, lower_m, near[1])
+    return Under(upper_m, lower_m, (upper, lower))
 
-    def lower_to_limits(self, lowest_mps: FloatArray, front_m: FloatArray, rows: IntArray) -> None:
-        """
-        Lower speeds to the limits that any part of each train is on.
 
-        Parameters
-        ----------
-        lowest_mps
-            Written. [m/s], shape (n_steps, n_columns)
-        front_m
-            Fronts. [m], same shape
-        rows
-            The trains. shape (n_columns,)
-        """
-        lengths_m = self._world.length_m[rows]
-        for lie, columns in self._by_lie(rows):
-            length_m, lowest = lengths_m[columns], lowest_mps[:, columns].copy()
-            upper_m = self._upper_m(lie, front_m[:, columns], length_m)
-            for limit in lie.line.limits:
-                ends_m = limit.start_m, limit.end_m
-                lower_on(upper_m, upper_m - length_m, ends_m, limit.limit_mps, lowest)
-            lowest_mps[:, columns] = lowest
+@formula
+def mean_height_m(heights: Heights, lie: Lie, at: Under) -> float:
+    """Return the height of the track averaged over a train. [m]"""
+    upper_m2 = area_m2(heights, at.knots[0], at.upper_m)
+    return (upper_m2 - area_m2(heights, at.knots[1], at.lower_m)) / lie.length_m
+
+
+@formula
+def slope(heights: Heights, lie: Lie, at: Under) -> float:
+    """Return the mean gradient under a train: front over tail, by its length. [-]"""
+    rise_m = height_m(heights, at.knots[0], at.upper_m)
+    rise_m -= height_m(heights, at.knots[1], at.lower_m)
+    return (-rise_m if lie.falling else rise_m) / lie.length_m
+
+
+@formula
+def lowest_limit_mps(limits: FloatArray, lie: Lie, front_m: float, maximum_mps: float) -> float:
+    """Return the lowest limit that a train is on with any of its length. [m/s]"""
+    upper_m = lie.turned_m - front_m + lie.length_m if lie.falling else front_m
+    lower_m, lowest_mps = upper_m - lie.length_m, maximum_mps
+    for one in range(lie.limits[0], lie.limits[1]):
+        if upper_m > limits[one, 0] and lower_m < limits[one, 1]:
+            lowest_mps = lesser(lowest_mps, limits[one, 2])
+    return lowest_mps
 
 
 def _lies_on(

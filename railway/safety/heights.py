@@ -1,11 +1,11 @@
-"""The height of the track averaged over a train, exactly: by the area below a polygon."""
+"""The height of the track under trains, exactly: a polygon, and the area below it."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import formula
 from kankaku.railway.plan.line import Line
 
 BEFORE_M = 1e5
@@ -13,7 +13,7 @@ BEFORE_M = 1e5
 
 
 class Heights(NamedTuple):
-    """The polygon of a line's heights; arrays of shape (n_knots,)."""
+    """Polygons of heights, one after the other; arrays of shape (n_knots,)."""
 
     knots_m: FloatArray
     heights_m: FloatArray
@@ -47,43 +47,18 @@ def heights_of(line: Line) -> Heights:
     return Heights(knots_m, heights_m, slopes, np.append(0.0, np.cumsum(steps)))
 
 
-@compiled
-def mean_height_m(
-    front_m: FloatArray,
-    length_m: FloatArray,
-    knots_m: FloatArray,
-    heights_m: FloatArray,
-    slopes: FloatArray,
-    areas_m2: FloatArray,
-) -> FloatArray:
-    """
-    Return the height averaged over each train.
+@formula
+def height_m(heights: Heights, knot: int, place_m: float) -> float:
+    """Return the height at a place: ``h_k + i_k (x - x_k)``. [m]"""
+    along_m = place_m - heights.knots_m[knot]
+    height: float = heights.slopes[knot] * along_m + heights.heights_m[knot]
+    return height
 
-    Parameters
-    ----------
-    front_m
-        Fronts. [m], shape (n_steps, n_trains)
-    length_m
-        Lengths. [m], shape (n_trains,)
-    knots_m, heights_m, slopes, areas_m2
-        Of :class:`Heights`.
 
-    Returns
-    -------
-    FloatArray
-        Heights. [m], shape (n_steps, n_trains)
-    """
-    mean_m = np.empty_like(front_m)
-    for step in range(front_m.shape[0]):
-        for column in range(front_m.shape[1]):
-            area_m2 = 0.0
-            for sign, place_m in (
-                (1.0, front_m[step, column]),
-                (-1.0, front_m[step, column] - length_m[column]),
-            ):
-                knot = max(np.searchsorted(knots_m, place_m, side="right") - 1, 0)
-                along_m = place_m - knots_m[knot]
-                middle_m = heights_m[knot] + 0.5 * slopes[knot] * along_m
-                area_m2 += sign * (areas_m2[knot] + along_m * middle_m)
-            mean_m[step, column] = area_m2 / length_m[column]
-    return mean_m
+@formula
+def area_m2(heights: Heights, knot: int, place_m: float) -> float:
+    """Return the area below the polygon up to a place. [m2]"""
+    along_m = place_m - heights.knots_m[knot]
+    middle_m = heights.heights_m[knot] + 0.5 * heights.slopes[knot] * along_m
+    area: float = heights.areas_m2[knot] + along_m * middle_m
+    return area

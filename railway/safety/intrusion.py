@@ -9,20 +9,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.arrays import BoolArray, FloatArray
 from kankaku.railway.plan.disruptions import SUDDEN
 from kankaku.railway.plan.world import World
-from kankaku.railway.safety.brakes import Brakes
-from kankaku.railway.safety.ground import Ground
+from kankaku.railway.safety.survey import Survey, overruns_m, slopes_under
 from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.step_block import StepBlock
 
 BRAKE_TOLERANCE_MPS2 = 0.05
 RADIO_REACTION_S = 6.0
 """Commands are valid for 5 s, and sent once a second (Sugiyama 2018, section 2.3). [s]"""
-
-Overrun = Callable[[FloatArray, FloatArray, FloatArray, IntArray], FloatArray]
-"""By how much fronts at some speeds cannot stop short of some places. [m]"""
 
 
 class Intrusions:
@@ -38,15 +34,13 @@ class Intrusions:
         self,
         world: World,
         obstructions: Callable[[], tuple[Obstruction, ...]],
-        overrun_m: Overrun,
-        ground: Ground,
-        brakes: Brakes,
+        survey: Survey,
         *,
         by_radio: bool,
     ) -> None:
         self._world = world
         self._obstructions = obstructions
-        self._overrun_m, self._ground, self._brakes = overrun_m, ground, brakes
+        self._survey = survey
         self._reaction_s = RADIO_REACTION_S if by_radio else 0.0
         self._service_mps2 = world.of_type("service_brake_mps2")
         self._most_mps2 = world.greatest_acceleration_mps2
@@ -74,6 +68,9 @@ class Intrusions:
         for record in self._obstructions():
             lifted_s = np.inf if np.isnan(record.lifted_s) else record.lifted_s
             # Not-a-number, for what was never established, is never reached.
+            begun = record.established_s <= block.time_s[-1]
+            if not begun or lifted_s <= block.time_s[0]:
+                continue
             in_force = (record.established_s <= block.time_s) & (block.time_s < lifted_s)
             if in_force.any():
                 key = record.id, record.requested_s
@@ -107,9 +104,8 @@ class Intrusions:
             speed_mps = block.speed_mps[at] + reaction_s * self._most_mps2[rows]
             speed_mps = np.minimum(speed_mps, np.maximum(block.speed_mps[at], self._top_mps[rows]))
             reach_m = front_m[rows] + reaction_s * speed_mps
-            aim_m = np.full_like(reach_m, record.start_m)
-            ends = (reach_m[np.newaxis], speed_mps[np.newaxis], aim_m[np.newaxis])
-            excused[rows] = barred[rows] & (self._overrun_m(*ends, rows)[0] > 0.0)
+            over_m = overruns_m(self._survey, rows, reach_m, speed_mps, record.start_m)
+            excused[rows] = barred[rows] & (over_m > 0.0)
         return barred, excused
 
     def _within(self, record: Obstruction, block: StepBlock, near_m: float) -> BoolArray:
@@ -137,10 +133,9 @@ class Intrusions:
         """Return in which steps trains brake by their service brake, or stand at the end."""
         rows = block.rows
         before, after = block.speed_mps[:-1], block.speed_mps[1:]
-        length_m = self._world.length_m[rows]
-        rise_m = self._ground.rises_m(block.front_m[:-1], rows)
-        gravity_mps2 = self._brakes.gravity_mps2(rows)
-        least_mps2 = self._service_mps2[rows] + gravity_mps2 * rise_m / length_m
+        slopes = slopes_under(self._survey, rows, np.ascontiguousarray(block.front_m[:-1].T)).T
+        gravity_mps2 = self._survey.fleet.brake_gravity_mps2[rows]
+        least_mps2 = self._service_mps2[rows] + gravity_mps2 * slopes
         least_mps2 -= BRAKE_TOLERANCE_MPS2
         brakes: BoolArray = before - after >= least_mps2 * self._world.step_s
         brakes |= after == 0.0

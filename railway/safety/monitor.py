@@ -9,15 +9,13 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from kankaku.railway.arrays import GRAVITY_MPS2, BoolArray, FloatArray, IntArray
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.line import Turnout
 from kankaku.railway.plan.world import World
-from kankaku.railway.safety.brakes import Brakes
-from kankaku.railway.safety.ground import Ground
-from kankaku.railway.safety.handling import Handling
+from kankaku.railway.safety.examination import Clear, breaches
 from kankaku.railway.safety.intrusion import Intrusions
 from kankaku.railway.safety.movements import Movements
-from kankaku.railway.safety.permissions import PERMISSION_KINDS, Permissions
+from kankaku.railway.safety.permissions import NOTHING, Permissions
 from kankaku.railway.safety.positions import (
     Trains,
     nearest_on_track,
@@ -25,21 +23,15 @@ from kankaku.railway.safety.positions import (
     raise_to_entered,
 )
 from kankaku.railway.safety.proofs import Proofs
+from kankaku.railway.safety.rules import AUTHORITY, KINDS
+from kankaku.railway.safety.survey import stands_m, survey_of
+from kankaku.railway.safety.terms import terms_of
+from kankaku.railway.safety.train_steps import TrainSteps, by_train
 from kankaku.railway.step.control import Separation, exclusive_pieces
 from kankaku.railway.step.obstructions import Obstruction
-from kankaku.railway.step.promises import NO_BUFFERS, Promises
+from kankaku.railway.step.promises import Promises
 from kankaku.railway.step.records import Violation
 from kankaku.railway.step.step_block import StepBlock
-
-POSITION_TOLERANCE_M = 0.05
-"""Beside b dt^2 / 8, by which a train that stops within a step may pass its aim. [m]"""
-STOP_TOLERANCE_M = 0.5
-"""A front further beyond its stop than this has missed it. [m]"""
-SPEED_TOLERANCE_MPS = 0.01
-ACCELERATION_TOLERANCE_MPS2 = 0.02
-BRAKING_ROUNDS = 6
-HALTING_MPS = 0.1
-"""An engine may take this last bit of speed away when a stop begins. [m/s]"""
 
 
 class Monitor:
@@ -63,30 +55,24 @@ class Monitor:
         self._enters = np.array(
             [[piece.track in route for piece in self._exclusive] for route in routes]
         )
-        self._service_mps2 = world.of_type("service_brake_mps2")
-        self._emergency_mps2 = world.of_type("emergency_brake_mps2")
-        self._maximum_mps = world.of_type("maximum_speed_mps")
-        self._gravity_mps2 = GRAVITY_MPS2 * world.of_type("gravity_ratio")
-        self._ground, self._brakes = Ground(world), Brakes(world)
-        self._users = {
-            track.id: [row for row, route in enumerate(routes) if track.id in route]
-            for track in world.line.tracks
-        }
+        self._survey, self._terms = survey_of(world), terms_of(world, separation, promises)
+        self._near_m = float(self._terms.tolerances[AUTHORITY])
+        self._closest = np.full(len(KINDS), -np.inf)
+        self._users = [
+            (np.array([track in route for route in routes]), (place.start_m, place.end_m))
+            for track, place in world.line.track_by_id.items()
+        ]
         self._fouling = _tracks_at_points(world)
         self._movements = Movements(world)
-        self._intrusions = Intrusions(
-            world, obstructions, self._overrun_m, self._ground, self._brakes, by_radio=by_radio
-        )
+        self._intrusions = Intrusions(world, obstructions, self._survey, by_radio=by_radio)
         self._proofs = Proofs(world)
-        self._buffers = NO_BUFFERS if promises is None else promises.buffers
+        told = Promises() if promises is None else promises
+        self._buffers, self._exclusive_platform = told.buffers, told.exclusive_platform
         self._permissions: Permissions | None = None
-        self._handling: Handling | None = None
         if promises is not None:
             self._permissions = Permissions(
                 world, separation, promises, obstructions, by_radio=by_radio
             )
-            looked_at = kept, self._overrun_m, self._ground, self._brakes
-            self._handling = Handling(world, promises, *looked_at)
         self._open: dict[tuple[int, str], tuple[float, float, float]] = {}
         self._closed: list[Violation] = []
 
@@ -100,14 +86,19 @@ class Monitor:
             The steps.
         """
         early = [*self._proofs.early(block), *self._movements.early(block)]
-        for kind, excess, tolerance in self._bounds_passed(block):
-            # What a train that is held may do next is a promise, too.
-            judged = block.present if kind in PERMISSION_KINDS else block.moving
-            # Not-a-number passes every bound.
-            passed: BoolArray = judged & ~(excess <= tolerance)
+        steps = by_train(block)
+        clear = self._clear(block, steps)
+        for kind, step, column, excess in breaches(
+            self._survey, self._terms, steps, clear, self._closest
+        ):
+            self._extend(int(block.rows[column]), kind, float(block.time_s[step + 1]), excess)
+        for kind, judged, inside_m in self._inside_m(block, steps):
+            # Not-a-number is inside of everything.
+            deep: BoolArray = ~(inside_m <= 0.0)
+            passed = judged & deep if deep.any() else deep
             for step, column in np.argwhere(passed).tolist():
                 time_s = float(block.time_s[step + 1])
-                self._extend(int(block.rows[column]), kind, time_s, float(excess[step, column]))
+                self._extend(int(block.rows[column]), kind, time_s, float(inside_m[step, column]))
         for row, kind, time_s, early_s in early:
             self._extend(row, kind, time_s, early_s)
         if self._permissions:
@@ -140,51 +131,50 @@ class Monitor:
         still_open = [self._violation(key, seen) for key, seen in self._open.items()]
         return tuple(sorted(self._closed + still_open, key=lambda v: (v.time_s, v.row, v.kind)))
 
-    def _bounds_passed(self, block: StepBlock) -> Iterator[tuple[str, FloatArray, float]]:
-        """Yield by how much each bound is passed, and how much is only discretisation."""
-        front_m, speed_mps = block.front_m[1:], block.speed_mps[1:]
-        eoa_m, rows = block.eoa_m[:-1], block.rows
-        strongest = float(self._service_mps2.max())
-        near_m = POSITION_TOLERANCE_M + strongest * self._world.step_s**2 / 8.0
-        ahead_m = front_m + speed_mps * block.delay_s[:-1]
-        # Nothing holds a train that a sudden obstruction comes too near to but this very thing,
-        # and nobody who stands overruns anything.
-        excused = block.surprised[:-1] | ((speed_mps == 0.0) & (block.speed_mps[:-1] == 0.0))
-        overrun_m = self._overrun_m(ahead_m, speed_mps, eoa_m, rows)
-        rising_m = self._rising_m(block) if self._brakes.build_up else np.zeros(1)
-        overrun_m += rising_m
-        if self._buffers.delay_s > 0.0:
-            overrun_m -= self._ahead_of_slope_m(front_m, ahead_m, rows)
-        yield "authority", np.where(excused, -np.inf, overrun_m), near_m
-        rear_m = self._rear_m(block)
-        nearest_m = self._nearest_m(block, rear_m)
-        next_rear_m = nearest_m[1:]
-        if self._separation is not Separation.BRAKING:
-            beyond_m = eoa_m - np.maximum(next_rear_m, block.front_m[:-1])
-            yield "band", beyond_m, POSITION_TOLERANCE_M
-        beyond_m = self._overrun_m(front_m, speed_mps, next_rear_m, rows) + rising_m
-        yield "spacing", beyond_m, near_m
+    def closest(self) -> dict[str, float]:
+        """
+        Return how near trains have come to breaking each rule for single trains.
+
+        Returns
+        -------
+        dict[str, float]
+            By kind the greatest finite excess, negative for rules that were kept with something to
+            spare; minus infinity for those that bound nobody.
+        """
+        return dict(zip(KINDS, self._closest.tolist(), strict=True))
+
+    def _clear(self, block: StepBlock, steps: TrainSteps) -> Clear:
+        """Return how far the way ahead of each train is clear."""
+        rear_m = self._rear_m(steps)
+        next_rear_m = buffered_m = self._nearest_m(steps, rear_m)
+        held = self._permissions
+        if held is None:
+            return Clear(next_rear_m, buffered_m, NOTHING, NOTHING, NOTHING)
+        if not self._buffers.none:
+            rear_m -= self._buffers.rear_buffer_m(steps.front_m)
+            buffered_m = self._nearest_m(steps, rear_m)
+        granted_m = held.granted_m(block, steps, self._proofs)
+        unreleased_m = held.unreleased_m(steps)
+        return Clear(
+            next_rear_m, buffered_m, granted_m, unreleased_m, held.occupied_m(steps, rear_m)
+        )
+
+    def _inside_m(
+        self, block: StepBlock, steps: TrainSteps
+    ) -> Iterator[tuple[str, BoolArray, FloatArray]]:
+        """Yield of whom it is judged, and how far fronts are in what they may not be in. [m]"""
+        moving = block.moving
         if self._exclusive:
-            yield "block", self._inside_occupied_m(block), 0.0
-        yield "fouling", self._inside_fouling_m(block), 0.0
+            yield "block", moving, self._inside_occupied_m(block)
+        if self._fouling:
+            yield "fouling", moving, self._inside_fouling_m(block)
         if self._world.line.network:
             for kind, inside_m in self._movements.inside_m(block):
-                yield kind, inside_m, 0.0
-        yield "obstruction", self._intrusions.inside_m(block, near_m), 0.0
-        yield "stop", front_m - self._world.stop_m[rows, block.next_call[1:]], STOP_TOLERANCE_M
-        yield "limit", speed_mps - self._limit_mps(front_m, rows), SPEED_TOLERANCE_MPS
-        excess = self._acceleration_excess_mps2(block)
-        yield "acceleration", excess, ACCELERATION_TOLERANCE_MPS2
-        if self._permissions:
-            if not self._buffers.none:
-                rear_m = rear_m - self._buffers.rear_buffer_m(block.front_m)
-                nearest_m = self._nearest_m(block, rear_m)
-            yield from self._permissions.beyond_m(block, rear_m, nearest_m, self._proofs)
-        if self._handling:
-            harder = excess > ACCELERATION_TOLERANCE_MPS2
-            for kind, beyond, tolerance in self._handling.beyond(block):
-                # Who brakes harder than in emergency is named once.
-                yield kind, np.where(harder, -np.inf, beyond), tolerance
+                yield kind, moving, inside_m
+        yield "obstruction", moving, self._intrusions.inside_m(block, self._near_m)
+        if self._permissions and self._exclusive_platform:
+            # Of trains that are held by a stop, too.
+            yield "platform", block.present, self._permissions.in_platform_m(steps).T
 
     def _inside_fouling_m(self, block: StepBlock) -> FloatArray:
         """Return how far each front is in a fouling section that another track's train is in."""
@@ -197,50 +187,12 @@ class Monitor:
             raise_to_depth(front_m, tail_m, block.present, track, ends_m, inside_m)
         return inside_m
 
-    def _overrun_m(
-        self, front_m: FloatArray, speed_mps: FloatArray, eoa_m: FloatArray, rows: IntArray
-    ) -> FloatArray:
-        brake = self._service_mps2[rows]
-        lift_m = self._ground.mean_height_m(eoa_m, rows) - self._ground.mean_height_m(front_m, rows)
-        available = brake * (eoa_m - front_m) + self._brakes.gravity_mps2(rows) * lift_m
-        overrun: FloatArray = (0.5 * np.square(speed_mps) - available) / brake
-        return overrun
-
-    def _rising_m(self, block: StepBlock) -> FloatArray:
-        """Return how much further trains run because their service brakes build up."""
-        speed_mps = block.speed_mps[1:]
-        slope = self._ground.rises_m(block.front_m[1:], block.rows)
-        slope /= self._world.length_m[block.rows]
-        gained_mps2 = (speed_mps - block.speed_mps[:-1]) / self._world.step_s
-        return self._brakes.rising_m(slope, speed_mps, gained_mps2, block.rows)
-
-    def _ahead_of_slope_m(
-        self, front_m: FloatArray, ahead_m: FloatArray, rows: IntArray
-    ) -> FloatArray:
-        """Return what brakes gain or lose because the gradient counts where a front is now."""
-        length_m, gravity = self._world.length_m[rows], self._brakes.gravity_mps2(rows)
-        slope = self._ground.rises_m(front_m, rows) / length_m
-        rise_m = self._ground.mean_height_m(ahead_m, rows)
-        rise_m -= self._ground.mean_height_m(front_m, rows)
-        unlike_m: FloatArray = np.abs(rise_m - slope * (ahead_m - front_m))
-        return unlike_m * gravity / self._service_mps2[rows]
-
-    def _rear_m(self, block: StepBlock) -> FloatArray:
+    def _rear_m(self, steps: TrainSteps) -> FloatArray:
         """Return the rear that each train shows to the next one: where it may come to a stand."""
-        front_m, length_m = block.front_m, self._world.length_m[block.rows]
-        tail_m: FloatArray = front_m - length_m
+        tail_m: FloatArray = steps.front_m - self._world.length_m[steps.rows, np.newaxis]
         if self._separation is not Separation.BRAKING:
             return tail_m
-        energy = 0.5 * np.square(block.speed_mps)
-        gravity = self._brakes.gravity_mps2(block.rows)
-        emergency = self._emergency_mps2[block.rows]
-        here_m = self._ground.mean_height_m(front_m, block.rows)
-        braking_m = energy / emergency
-        # Gradients are a tenth of the brake at most, so each round leaves a tenth of the error.
-        for _ in range(BRAKING_ROUNDS):
-            there_m = self._ground.mean_height_m(front_m + braking_m, block.rows)
-            braking_m = (energy - gravity * (there_m - here_m)) / emergency
-        return tail_m + braking_m
+        return tail_m + stands_m(self._survey, steps.rows, steps.front_m, steps.speed_mps)
 
     def _inside_occupied_m(self, block: StepBlock) -> FloatArray:
         """Return how far each front is in a piece that it entered while a train was in it."""
@@ -255,59 +207,17 @@ class Monitor:
         )
         return inside_m
 
-    def _nearest_m(self, block: StepBlock, rear_m: FloatArray) -> FloatArray:
+    def _nearest_m(self, steps: TrainSteps, rear_m: FloatArray) -> FloatArray:
         """Return the nearest rear ahead among all trains that will use the same track."""
-        nearest_m = np.full(block.front_m.shape, self._world.far_m)
+        nearest_m = np.full(steps.front_m.shape, self._world.far_m)
         # Of the first moment only trains count that stay, of the others those that were there.
-        present = np.concatenate((block.present[:1], block.present))
-        column_of = {row: column for column, row in enumerate(block.rows.tolist())}
-        for track, users in self._users.items():
-            columns = np.array([column_of[row] for row in users if row in column_of], dtype=np.intp)
+        present = np.concatenate((steps.present[:, :1], steps.present), axis=1)
+        trains = Trains(steps.front_m, self._world.length_m[steps.rows], present)
+        for uses, ends_m in self._users:
+            columns = np.flatnonzero(uses[steps.rows])
             if columns.size > 1:
-                place = self._world.line.track_by_id[track]
-                nearest_on_track(
-                    Trains(block.front_m, self._world.length_m[block.rows], present),
-                    rear_m,
-                    columns,
-                    (place.start_m, place.end_m),
-                    nearest_m,
-                )
+                nearest_on_track(trains, rear_m, columns, ends_m, nearest_m)
         return nearest_m
-
-    def _limit_mps(self, front_m: FloatArray, rows: IntArray) -> FloatArray:
-        lowest = np.broadcast_to(self._maximum_mps[rows], front_m.shape).copy()
-        self._ground.lower_to_limits(lowest, front_m, rows)
-        return lowest
-
-    def _acceleration_excess_mps2(self, block: StepBlock) -> FloatArray:
-        rows = block.rows
-        before, after = block.speed_mps[:-1], block.speed_mps[1:]
-        halted = np.where(block.halting, np.minimum(before, HALTING_MPS), 0.0)
-        acceleration = (after + halted - before) / self._world.step_s
-        slope = self._slope_over_step(block)
-        slower, faster = np.minimum(before, after), np.maximum(before, after)
-        strongest = np.empty_like(before)
-        for index, kind in enumerate(self._world.train_types):
-            columns = np.flatnonzero(self._world.type_index[rows] == index)
-            strongest[:, columns] = kind.level_acceleration_mps2(slower[:, columns])
-        too_strong = acceleration - (strongest - self._gravity_mps2[rows] * slope.min(axis=0))
-        emergency_mps2, steepest = self._emergency_mps2[rows], slope.max(axis=0)
-        hardest = self._brakes.strongest_mps2(emergency_mps2, steepest, faster, rows)
-        too_hard = -hardest - acceleration
-        # The brake holds whoever stands, on any gradient.
-        too_strong[after == 0.0] = -np.inf
-        too_hard[(before == 0.0) & (after == 0.0)] = -np.inf
-        excess: FloatArray = np.maximum(too_strong, too_hard)
-        return excess
-
-    def _slope_over_step(self, block: StepBlock) -> FloatArray:
-        """Return the gradient under trains at the start, middle and end of each step."""
-        length_m = self._world.length_m[block.rows]
-        start_m, end_m = block.front_m[:-1], block.front_m[1:]
-        front_m = np.array([start_m, 0.5 * (start_m + end_m), end_m])
-        rise = self._ground.rises_m(front_m, block.rows)
-        slope: FloatArray = rise / length_m
-        return slope
 
     def _extend(self, row: int, kind: str, time_s: float, excess: float) -> None:
         seen = self._open.get((row, kind))

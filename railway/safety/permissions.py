@@ -17,24 +17,19 @@ from kankaku.railway.safety.positions import (
     Trains,
     lower_to_platforms,
     nearest_unreleased,
-    reach_m,
 )
 from kankaku.railway.safety.proofs import ENTERED_M, Proofs
+from kankaku.railway.safety.rules import ROUNDING_S
+from kankaku.railway.safety.train_steps import TrainSteps
 from kankaku.railway.step.control import Separation, exclusive_pieces
 from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.promises import Promises
 from kankaku.railway.step.step_block import StepBlock
 
-PERMITTED_M = 0.05
-"""Brake curves from tables come this near to exact ones. [m]"""
 IN_PLATFORM_M = 1.0
 """A front this far in a platform section has entered it. [m]"""
-ROUNDING_S = 1e-3
-
-PERMISSION_KINDS = frozenset({"margin", "grant", "release", "platform"})
-"""What is judged of trains that are held by a stop, too."""
-Bound = tuple[str, FloatArray, float]
-"""Kind of a rule, by how much it is broken [m], shape (n_steps, n_columns), and its tolerance."""
+NOTHING: FloatArray = np.zeros((0, 0))
+"""Where nothing is in the way of anybody."""
 
 
 class Permissions:
@@ -66,48 +61,7 @@ class Permissions:
             [[track in r for track in tracks] + [False] for r in self._routes]
         )
         self._thrown: set[tuple[str, float]] = set()
-
-    def beyond_m(
-        self, block: StepBlock, rear_m: FloatArray, nearest_m: FloatArray, proofs: Proofs
-    ) -> Iterator[Bound]:
-        """
-        Yield by how much authorities reach too far.
-
-        Parameters
-        ----------
-        block
-            The steps.
-        rear_m
-            Rear that each train shows to the next one, with its buffer. [m], as the block's fronts
-        nearest_m
-            The nearest of them ahead of each train. [m], same shape
-        proofs
-            When points and crossings were proven, the block included.
-
-        Yields
-        ------
-        Bound
-            What is yielded of a step is judged at its start.
-        """
-        margin_m, buffers = self._promises.margin_m, self._promises.buffers
-        eoa_m, front_m = block.eoa_m[:-1], block.front_m[:-1]
-        reached_m = eoa_m
-        if not buffers.none:
-            reached_m = reach_m(
-                eoa_m, front_m, buffers.balise_m, buffers.error_ratio, buffers.resolution_m
-            )
-        reached_m = reached_m + margin_m
-        # A train that stands where it may not go any further is permitted nothing.
-        reached_m[eoa_m <= front_m] = -np.inf
-        behind_m = np.where(nearest_m[:-1] >= self._world.far_m, np.inf, nearest_m[:-1])
-        yield "margin", reached_m - behind_m, PERMITTED_M
-        yield "grant", reached_m - self._granted_m(block, proofs), PERMITTED_M
-        if self._pieces:
-            yield "release", reached_m - self._unreleased_m(block), PERMITTED_M
-        if self._promises.exclusive_platform:
-            free_m = self._platforms_m(block, rear_m)
-            yield "platform", reached_m - free_m, PERMITTED_M
-            yield "platform", self._in_platform_m(block), 0.0
+        self._users_of: dict[tuple[str, ...], BoolArray] = {}
 
     def thrown_under(self, block: StepBlock) -> Iterator[tuple[int, float, float]]:
         """
@@ -127,9 +81,10 @@ class Permissions:
         tail_m = front_m - self._world.length_m[block.rows]
         for record in self._obstructions():
             key = record.id, record.requested_s
+            if record.cause is not Cause.POINTS or not record.requested_s >= block.time_s[0]:
+                continue
             at = int(np.searchsorted(block.time_s, record.requested_s - ROUNDING_S))
-            begun = record.cause is Cause.POINTS and at < block.time_s.size
-            if not begun or key in self._thrown or record.requested_s < block.time_s[0]:
+            if at == block.time_s.size or key in self._thrown:
                 continue
             self._thrown.add(key)
             within = (front_m[at] > record.start_m + ENTERED_M) & (tail_m[at] < record.end_m)
@@ -140,7 +95,11 @@ class Permissions:
                 yield int(block.rows[column]), float(block.time_s[at]), depth_m
 
     def _users(self, record: Obstruction) -> BoolArray:
-        return np.array([not route.isdisjoint(record.tracks) for route in self._routes])
+        """Return whose routes take tracks of an obstruction. shape (n_trains,)"""
+        if record.tracks not in self._users_of:
+            uses = [not route.isdisjoint(record.tracks) for route in self._routes]
+            self._users_of[record.tracks] = np.array(uses)
+        return self._users_of[record.tracks]
 
     def _held_m(self, place_m: float, route: frozenset[str] | set[str]) -> float:
         """Return where a route's piece of track begins that a place is in."""
@@ -151,44 +110,90 @@ class Permissions:
         )
         return min(inside, default=place_m)
 
-    def _granted_m(self, block: StepBlock, proofs: Proofs) -> FloatArray:
-        """Return where the first place begins that is not proven to be free for each train."""
-        granted_to_m = np.full(block.present.shape, np.inf)
-        time_s, front_m = block.time_s[:-1], block.front_m[:-1]
+    def granted_m(self, block: StepBlock, steps: TrainSteps, proofs: Proofs) -> FloatArray:
+        """
+        Return where the first place begins that is not proven to be free for each train.
+
+        Parameters
+        ----------
+        block
+            The steps.
+        steps
+            The same, train by train.
+        proofs
+            When points and crossings were proven, the block included.
+
+        Returns
+        -------
+        FloatArray
+            Infinite where there is none. [m], shape (n_columns, n_steps), or without any place
+        """
+        time_s, front_m = block.time_s[:-1], steps.front_m[:, :-1]
+        granted_to_m = NOTHING
         column_of = {row: column for column, row in enumerate(block.rows.tolist())}
         for row, place_m, until_s in proofs.unproven(block):
             column = column_of[row]
-            waits = time_s < until_s - ROUNDING_S
-            waits &= front_m[:, column] <= place_m + ENTERED_M
-            held_m = self._held_m(place_m, self._routes[row])
-            granted_to_m[waits, column] = np.minimum(granted_to_m[waits, column], held_m)
+            waits = slice(int(np.searchsorted(time_s, until_s - ROUNDING_S)))
+            before = front_m[column, waits] <= place_m + ENTERED_M
+            if before.any():
+                granted_to_m = granted_to_m if granted_to_m.size else _endless(front_m)
+                held_m = self._held_m(place_m, self._routes[row])
+                grants_m = granted_to_m[column, waits]
+                grants_m[before] = np.minimum(grants_m[before], held_m)
         for record in self._obstructions():
-            lifted_s = np.inf if np.isnan(record.lifted_s) else record.lifted_s
-            in_force = (record.established_s <= time_s) & (time_s < lifted_s - ROUNDING_S)
-            sudden = record.cause in SUDDEN
-            # By radio trains hear of it later; whether they keep out is looked at elsewhere.
-            if not in_force.any() or (sudden and self._by_radio):
-                continue
-            concerned = in_force[:, np.newaxis] & (front_m <= record.start_m + ENTERED_M)
-            concerned &= self._users(record)[block.rows]
-            if sudden:
-                concerned &= ~block.surprised[:-1]
-            # A zone is established when nobody may go into it; the margin comes with a telegram.
-            late_m = self._promises.margin_m if self._by_radio else 0.0
-            place_m = record.start_m + (late_m if record.cause is Cause.WORK else 0.0)
-            holds_m = [self._held_m(place_m, self._routes[row]) for row in block.rows.tolist()]
-            granted_to_m = np.where(concerned, np.minimum(granted_to_m, holds_m), granted_to_m)
+            concerned = self._concerned(record, steps)
+            if concerned.any():
+                granted_to_m = granted_to_m if granted_to_m.size else _endless(front_m)
+                # A zone is established when nobody may go into it; the margin comes with a
+                # telegram.
+                late_m = self._promises.margin_m if self._by_radio else 0.0
+                place_m = record.start_m + (late_m if record.cause is Cause.WORK else 0.0)
+                holds_m = [self._held_m(place_m, self._routes[row]) for row in block.rows.tolist()]
+                lower_m = np.minimum(granted_to_m, np.array(holds_m)[:, np.newaxis])
+                granted_to_m[concerned] = lower_m[concerned]
         return granted_to_m
 
-    def _unreleased_m(self, block: StepBlock) -> FloatArray:
-        nearest_m = np.full(block.present.shape, np.inf)
+    def _concerned(self, record: Obstruction, steps: TrainSteps) -> BoolArray:
+        """Return whom an obstruction that is in force is in the way of, and when."""
+        time_s, front_m = steps.time_s[:-1], steps.front_m[:, :-1]
+        lifted_s = np.inf if np.isnan(record.lifted_s) else record.lifted_s
+        sudden = record.cause in SUDDEN
+        # Not-a-number, for what was never established, is never reached.
+        begun = record.established_s <= time_s[-1]
+        # By radio trains hear of it later; whether they keep out is looked at elsewhere.
+        if not begun or lifted_s - ROUNDING_S <= time_s[0] or (sudden and self._by_radio):
+            return np.zeros(1, dtype=np.bool_)
+        in_force = (record.established_s <= time_s) & (time_s < lifted_s - ROUNDING_S)
+        concerned: BoolArray = in_force & (front_m <= record.start_m + ENTERED_M)
+        concerned &= self._users(record)[steps.rows, np.newaxis]
+        if sudden:
+            concerned &= ~steps.surprised[:, :-1]
+        return concerned
+
+    def unreleased_m(self, steps: TrainSteps) -> FloatArray:
+        """
+        Return where the first track circuit begins that is not released.
+
+        Parameters
+        ----------
+        steps
+            The steps; each is looked at once, in turn.
+
+        Returns
+        -------
+        FloatArray
+            As of :meth:`granted_m`.
+        """
+        if not self._pieces:
+            return NOTHING
+        nearest_m = _endless(steps.present)
         nearest_unreleased(
-            block.time_s,
-            Trains(block.front_m, self._world.length_m[block.rows], block.present),
+            steps.time_s,
+            Trains(steps.front_m, self._world.length_m[steps.rows], steps.present),
             Circuits(
                 self._circuit_ends_m,
                 self._hold_m,
-                self._uses[block.rows],
+                self._uses[steps.rows],
                 self._world.line.release_delay_s - ROUNDING_S,
                 self._touched_s,
             ),
@@ -196,37 +201,65 @@ class Permissions:
         )
         return nearest_m
 
-    def _sections_m(self, block: StepBlock) -> FloatArray:
-        """Return the platform sections ahead, empty for who is in its own; (2, n_steps + 1, n)."""
-        section_m = self._world.platform_m[:, block.rows, block.next_call].copy()
-        section_m[1, block.front_m > section_m[0] + IN_PLATFORM_M] = -np.inf
-        return section_m
+    def occupied_m(self, steps: TrainSteps, rear_m: FloatArray) -> FloatArray:
+        """
+        Return where the platform section begins that a train calls in next and another one is in.
 
-    def _calls_behind(self, block: StepBlock) -> BoolArray:
-        """Return whose route takes the track of each train's next call."""
-        track = self._world.call_track[block.rows, block.next_call]
-        return self._comes_by[block.rows][:, track].transpose(1, 2, 0)
+        Parameters
+        ----------
+        steps
+            The steps.
+        rear_m
+            Rear that each train shows to the next one, with its buffer. [m], as the fronts
 
-    def _platforms_m(self, block: StepBlock, rear_m: FloatArray) -> FloatArray:
-        free_m = np.full(block.present.shape, np.inf)
-        lower_to_platforms(
-            block.front_m,
-            rear_m,
-            block.present,
-            self._sections_m(block),
-            self._calls_behind(block),
-            free_m,
-        )
+        Returns
+        -------
+        FloatArray
+            As of :meth:`granted_m`.
+        """
+        if not self._promises.exclusive_platform:
+            return NOTHING
+        free_m, sections_m = _endless(steps.present), self._sections_m(steps)
+        comes_by = self._calls_behind(steps)
+        lower_to_platforms(steps.front_m, rear_m, steps.present, sections_m, comes_by, free_m)
         return free_m
 
-    def _in_platform_m(self, block: StepBlock) -> FloatArray:
-        """Return how far fronts have entered a platform section that another train is in."""
-        tail_m = block.front_m - self._world.length_m[block.rows]
-        section_m, comes_by = self._sections_m(block)[:, :-1], self._calls_behind(block)[:-1]
-        start_m = self._world.platform_m[0, block.rows, block.next_call[:-1]]
-        occupied_m = np.full(block.present.shape, np.inf)
-        lower_to_platforms(
-            block.front_m[1:], tail_m[1:], block.present, section_m, comes_by, occupied_m
-        )
-        enters = np.isfinite(occupied_m) & (block.front_m[1:] > start_m + IN_PLATFORM_M)
-        return np.where(enters, block.front_m[1:] - start_m, 0.0)
+    def in_platform_m(self, steps: TrainSteps) -> FloatArray:
+        """
+        Return how far fronts have entered a platform section that another train is in.
+
+        Parameters
+        ----------
+        steps
+            The steps.
+
+        Returns
+        -------
+        FloatArray
+            Zero where they have not. [m], shape (n_columns, n_steps)
+        """
+        tail_m = steps.front_m - self._world.length_m[steps.rows, np.newaxis]
+        sections_m = np.ascontiguousarray(self._sections_m(steps)[:, :, :-1])
+        comes_by = self._calls_behind(steps)[:-1]
+        rows = steps.rows[:, np.newaxis]
+        start_m = self._world.platform_m[0, rows, steps.next_call[:, :-1]]
+        front_m = np.ascontiguousarray(steps.front_m[:, 1:])
+        rear_m, there_m = np.ascontiguousarray(tail_m[:, 1:]), _endless(steps.present)
+        lower_to_platforms(front_m, rear_m, steps.present, sections_m, comes_by, there_m)
+        enters = np.isfinite(there_m) & (front_m > start_m + IN_PLATFORM_M)
+        return np.where(enters, front_m - start_m, 0.0)
+
+    def _sections_m(self, steps: TrainSteps) -> FloatArray:
+        """Return the platform sections ahead, empty for who is in its own; (2, n, n_steps + 1)."""
+        section_m = self._world.platform_m[:, steps.rows[:, np.newaxis], steps.next_call].copy()
+        section_m[1, steps.front_m > section_m[0] + IN_PLATFORM_M] = -np.inf
+        return np.ascontiguousarray(section_m)
+
+    def _calls_behind(self, steps: TrainSteps) -> BoolArray:
+        """Return whose route takes the track of each train's next call; (n_steps + 1, n, n)."""
+        track = self._world.call_track[steps.rows[:, np.newaxis], steps.next_call]
+        return np.ascontiguousarray(self._comes_by[steps.rows][:, track].transpose(2, 1, 0))
+
+
+def _endless(like: FloatArray | BoolArray) -> FloatArray:
+    return np.full(like.shape, np.inf)

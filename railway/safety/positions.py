@@ -9,7 +9,7 @@ from kankaku.railway.compiled import compiled
 
 
 class Trains(NamedTuple):
-    """Trains of a block of steps; arrays of shape (n_steps, n_columns)."""
+    """Trains of a block of steps; arrays of shape (n_columns, n_steps)."""
 
     front_m: FloatArray
     length_m: FloatArray
@@ -44,22 +44,22 @@ def nearest_on_track(
     front_m, length_m, present = trains
     start_m, end_m = ends_m
     order = columns.copy()
-    for step in range(front_m.shape[0]):
+    for step in range(front_m.shape[1]):
         # Trains hardly ever change their order, so sorting by insertion is one pass.
         for unsorted in range(1, order.size):
             column, place = order[unsorted], unsorted
-            while place > 0 and front_m[step, order[place - 1]] < front_m[step, column]:
+            while place > 0 and front_m[order[place - 1], step] < front_m[column, step]:
                 order[place] = order[place - 1]
                 place -= 1
             order[place] = column
         lowest_m = np.inf
         for column in order:
-            tail_m = front_m[step, column] - length_m[column]
-            if not present[step, column] or tail_m >= end_m:
+            tail_m = front_m[column, step] - length_m[column]
+            if not present[column, step] or tail_m >= end_m:
                 continue
-            nearest_m[step, column] = min(nearest_m[step, column], lowest_m)
-            if front_m[step, column] > start_m:
-                lowest_m = min(lowest_m, max(rear_m[step, column], start_m))
+            nearest_m[column, step] = min(nearest_m[column, step], lowest_m)
+            if front_m[column, step] > start_m:
+                lowest_m = min(lowest_m, max(rear_m[column, step], start_m))
 
 
 @compiled
@@ -128,22 +128,6 @@ def raise_to_depth(
 
 
 @compiled
-def lower_on(
-    front_m: FloatArray,
-    tail_m: FloatArray,
-    ends_m: tuple[float, float],
-    limit_mps: float,
-    lowest_mps: FloatArray,
-) -> None:
-    """Lower ``lowest_mps`` where a train is on a limit with any of its length."""
-    start_m, end_m = ends_m
-    for step in range(front_m.shape[0]):
-        for column in range(front_m.shape[1]):
-            if front_m[step, column] > start_m and tail_m[step, column] < end_m:
-                lowest_mps[step, column] = min(lowest_mps[step, column], limit_mps)
-
-
-@compiled
 def nearest_unreleased(
     time_s: FloatArray, trains: Trains, circuits: Circuits, nearest_m: FloatArray
 ) -> None:
@@ -154,14 +138,14 @@ def nearest_unreleased(
     """
     front_m, length_m, present = trains
     ends_m, hold_m, uses, release_s, touched_s = circuits
-    for step in range(present.shape[0]):
+    for step in range(present.shape[1]):
         for circuit in range(ends_m.shape[0]):
             start_m, end_m = ends_m[circuit]
             foremost_m = -np.inf
             for column in range(length_m.size):
-                here_m = front_m[step, column]
+                here_m = front_m[column, step]
                 if (
-                    present[step, column]
+                    present[column, step]
                     and uses[column, circuit]
                     and here_m > start_m
                     and here_m - length_m[column] < end_m
@@ -171,10 +155,10 @@ def nearest_unreleased(
             if time_s[step] - touched_s[circuit] > release_s:
                 continue
             for column in range(length_m.size):
-                here_m = front_m[step, column]
+                here_m = front_m[column, step]
                 ahead = here_m <= start_m or (here_m <= end_m and here_m < foremost_m)
                 if ahead and uses[column, circuit]:
-                    nearest_m[step, column] = min(nearest_m[step, column], hold_m[circuit])
+                    nearest_m[column, step] = min(nearest_m[column, step], hold_m[circuit])
 
 
 @compiled
@@ -189,38 +173,18 @@ def lower_to_platforms(
     """
     Lower ``nearest_m`` to the starts of platform sections that another train's rear is in.
 
-    ``platform_m`` has shape (2, n_steps, n_columns): the section that each train calls in next, or
+    ``platform_m`` has shape (2, n_columns, n_steps): the section that each train calls in next, or
     an empty one for a train that has entered its own. ``comes_by`` says whether the train of the
     last axis uses the track of the section of the train before it.
     """
-    for step in range(present.shape[0]):
-        for column in range(present.shape[1]):
-            start_m, end_m = platform_m[0, step, column], platform_m[1, step, column]
-            for other in range(present.shape[1]):
+    for step in range(present.shape[1]):
+        for column in range(present.shape[0]):
+            start_m, end_m = platform_m[0, column, step], platform_m[1, column, step]
+            for other in range(present.shape[0]):
                 if (
-                    present[step, other]
+                    present[other, step]
                     and comes_by[step, column, other]
-                    and front_m[step, other] > front_m[step, column]
-                    and start_m < rear_m[step, other] < end_m
+                    and front_m[other, step] > front_m[column, step]
+                    and start_m < rear_m[other, step] < end_m
                 ):
-                    nearest_m[step, column] = min(nearest_m[step, column], start_m)
-
-
-@compiled
-def reach_m(
-    eoa_m: FloatArray,
-    front_m: FloatArray,
-    balise_m: FloatArray,
-    error_ratio: float,
-    resolution_m: float,
-) -> FloatArray:
-    """Return how far the buffers reach of fronts that stand at their end of authority."""
-    reached_m = np.empty_like(eoa_m)
-    for step in range(eoa_m.shape[0]):
-        for column in range(eoa_m.shape[1]):
-            # Only a balise that the train has passed corrects its position.
-            known_m = min(eoa_m[step, column], front_m[step, column])
-            last = max(np.searchsorted(balise_m, known_m, side="right") - 1, 0)
-            drift_m = error_ratio * max(eoa_m[step, column] - balise_m[last], 0.0)
-            reached_m[step, column] = eoa_m[step, column] + drift_m + resolution_m
-    return reached_m
+                    nearest_m[column, step] = min(nearest_m[column, step], start_m)
