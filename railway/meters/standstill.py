@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.records import Standstills
 from kankaku.railway.step.step_block import StepBlock
@@ -12,6 +12,9 @@ from kankaku.railway.step.step_block import StepBlock
 STANDING_MPS = 0.05
 CRAWLING_MPS = 10.0 / 3.6
 AT_STOP_M = 1.0
+
+Moments = tuple[IntArray, ...]
+"""Steps and columns of a block. shapes (n_moments,)"""
 
 
 class StandstillWatch:
@@ -44,9 +47,14 @@ class StandstillWatch:
         slow = block.moving & (block.speed_mps[:-1] < CRAWLING_MPS)
         if not slow.any() and np.isnan(self._since_s[block.rows]).all():
             return
-        outside = slow & ~self._at_platform(block)
-        self.crawl_s[block.rows] += outside.sum(axis=0) * self._world.step_s
-        standing = slow & (block.speed_mps[:-1] <= STANDING_MPS) & ~self._at_stop(block)
+        # Few trains are slow at a time: what is looked at is told by moments, not by steps.
+        moments = np.nonzero(slow)
+        outside = ~self._at_platform(block, moments)
+        crawls = np.bincount(moments[1][outside], minlength=block.rows.size)
+        self.crawl_s[block.rows] += crawls * self._world.step_s
+        standing = np.zeros(slow.shape, dtype=np.bool_)
+        stands = block.speed_mps[:-1][moments] <= STANDING_MPS
+        standing[moments] = stands & ~self._at_stop(block, moments)
         self._intervals(block, standing)
 
     def measured(self) -> Mapping[str, Standstills | FloatArray]:
@@ -93,24 +101,30 @@ class StandstillWatch:
             if not np.isnan(since_s := float(self._since_s[row]))
         ]
 
-    def _at_platform(self, block: StepBlock) -> BoolArray:
+    def _at_platform(self, block: StepBlock, moments: Moments) -> BoolArray:
         """Tell which trains are, with any part, in the platform that they leave or serve."""
-        front_m, call = block.front_m[:-1], block.next_call[:-1]
-        tail_m = front_m - self._world.length_m[block.rows]
+        rows, front_m, call = self._there(block, moments)
+        tail_m = front_m - self._world.length_m[rows]
         inside = np.zeros(front_m.shape, dtype=np.bool_)
         for served in (call, np.maximum(call - 1, 0)):
-            start_m, end_m = self._world.platform_m[:, block.rows, served]
+            start_m, end_m = self._world.platform_m[:, rows, served]
             inside |= (front_m > start_m) & (tail_m < end_m)
         return inside
 
-    def _at_stop(self, block: StepBlock) -> BoolArray:
-        stops_m = self._world.stop_m[block.rows]
-        columns = np.arange(block.rows.size)
-        front_m, call = block.front_m[:-1], block.next_call[:-1]
-        ahead = np.abs(front_m - stops_m[columns, call]) < AT_STOP_M
-        behind = np.abs(front_m - stops_m[columns, np.maximum(call - 1, 0)]) < AT_STOP_M
+    def _at_stop(self, block: StepBlock, moments: Moments) -> BoolArray:
+        """Tell which trains are at a stop that they leave or serve."""
+        rows, front_m, call = self._there(block, moments)
+        stops_m = self._world.stop_m
+        ahead = np.abs(front_m - stops_m[rows, call]) < AT_STOP_M
+        behind = np.abs(front_m - stops_m[rows, np.maximum(call - 1, 0)]) < AT_STOP_M
         at_stop: BoolArray = ahead | behind
         return at_stop
+
+    @staticmethod
+    def _there(block: StepBlock, moments: Moments) -> tuple[IntArray, FloatArray, IntArray]:
+        """Return the trains, their fronts and next calls at some moments."""
+        rows = block.rows[moments[1]]
+        return rows, block.front_m[:-1][moments], block.next_call[:-1][moments]
 
     def _intervals(self, block: StepBlock, standing: BoolArray) -> None:
         open_before = ~np.isnan(self._since_s[block.rows])
