@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray, IntArray
-from kankaku.railway.compiled import compiled, interpolated
+from kankaku.railway.compiled import formula, interpolated
 from kankaku.railway.plan.brake_table import SPACING_M, BrakeTable
 from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.limit_table import LimitTable
@@ -234,15 +234,19 @@ class Profile:
         return self.lift_m2ps2.ravel()
 
 
-@compiled
 def _each(table: FloatArray, chainage_m: FloatArray, row_start: FloatArray) -> FloatArray:
     """Interpolate for every train; chainages of shape (..., n_trains)."""
     places = chainage_m + row_start
-    values = np.empty_like(places)
-    flat_places, flat_values = places.ravel(), values.ravel()
-    for index in range(flat_places.size):
-        flat_values[index] = interpolated(table, flat_places[index])
-    return flat_values.reshape(places.shape)
+    values = np.empty(places.shape)
+    _interpolate(table, places.ravel(), values.reshape(-1))
+    return values
+
+
+@formula
+def _interpolate(table: FloatArray, places: FloatArray, values: FloatArray) -> None:
+    """Interpolate at places one after the other: one kind of array, and one compilation."""
+    for index in range(places.size):
+        values[index] = interpolated(table, places[index])
 
 
 def _limits_of(

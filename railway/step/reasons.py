@@ -33,6 +33,8 @@ def _reasons_by_bound() -> IntArray:
 
 
 REASON_OF_BOUND = _reasons_by_bound()
+# As a compiled loop takes it, which would be another kind of array otherwise.
+REASON_OF_BOUND.setflags(write=False)
 
 
 class ReasonError(KankakuError):
