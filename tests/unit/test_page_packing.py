@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from kankaku.analysis.page.packing import Packed, Packer, compressed
@@ -17,9 +17,9 @@ from kankaku.analysis.page.packing import Packed, Packer, compressed
 def unpacked(content: bytes, told: dict[str, Any], rows: int) -> list[float]:
     """Read a column as the browser does, by another way: number by number."""
     if "raw" in told:
-        return list(np.frombuffer(content, "<f8", rows, told["raw"]))
-    values = whole(content, told, rows)
-    scaled = [value / told.get("scale", 1) for value in values]
+        scaled = [float(value) for value in np.frombuffer(content, "<f8", rows, told["raw"])]
+    else:
+        scaled = [value / told.get("scale", 1) for value in whole(content, told, rows)]
     if "missing" in told:
         gaps = whole(content, told["missing"], rows)
         scaled = [float("nan") if gap else v for v, gap in zip(scaled, gaps, strict=True)]
@@ -53,6 +53,7 @@ def whole(content: bytes, told: dict[str, Any], rows: int) -> list[int]:
         max_size=30,
     )
 )
+@example(values=[2.0**52, float("nan")])
 def test_numbers_come_back_exactly(values: list[float]) -> None:
     packer = Packer()
     told = packer.column(pd.Series(values, dtype="float64"))
