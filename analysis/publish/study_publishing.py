@@ -10,7 +10,7 @@ import pandas as pd
 
 from kankaku.analysis.page.html import PAGE, page_of
 from kankaku.analysis.page.page_data import PageSource
-from kankaku.analysis.page.reading import line_of
+from kankaku.analysis.page.page_reading import line_of
 from kankaku.analysis.publish.results_folder import FORMATS, Draw, Kind, image_names, publish_folder
 from kankaku.analysis.results import WRITTEN_TABLES, Results, columns_frame, stations_frame
 from kankaku.analysis.tables.across_tables import across_frame
@@ -113,12 +113,11 @@ def publish(  # noqa: PLR0913 - one argument per part of the folder
     shown = [run for run in drawn if run.initial_delay_s == drawn_s[-1]]
     made: dict[str, Draw] = {}
     if formats:
-        if not scenario.sweep:
-            made |= _pareto(scenario, findings.summary, knows_future)
+        made |= _pareto(scenario, findings.summary, knows_future)
         made |= _figures(scenario, findings.sweep, drawn, shown, stations)
-        if not scenario.line.network:
-            made |= _maps(scenario, [run for run in shown if run.controller in by_radio], stations)
+        made |= _maps(scenario, [run for run in shown if run.controller in by_radio], stations)
     network = network_tables(scenario, runs, shown) if scenario.line.network else {}
+    remaining = () if scenario.sweep else remaining_texts(runs, knows_future)
     report = report_text(
         scenario.title,
         shown,
@@ -127,32 +126,42 @@ def publish(  # noqa: PLR0913 - one argument per part of the folder
         image_names(made, formats),
         swept=findings.sweep,
         shortfalls=Shortfalls(failures, _unfinished(runs, scenario)),
-        notes=Notes(
-            frozenset(knows_future), () if scenario.sweep else remaining_texts(runs, knows_future)
-        ),
+        notes=Notes(frozenset(knows_future), remaining),
         by_direction=network.get("by_direction"),
     )
-    frames = {"summary": findings.summary, "stations": stations, **network}
-    if findings.sweep:
-        frames |= findings.sweep.frames
+    swept = findings.sweep.frames if findings.sweep else {}
+    frames = {"summary": findings.summary, "stations": stations, **network, **swept}
     line = line_told(scenario, knows_future)
     texts = {"report.md": report, LINE_FILE: json_text(line)}
     if formats:
-        swept = findings.sweep
-        results = Results(
-            folder=folder,
-            summary=findings.summary,
-            columns=columns_frame(),
-            stations=stations,
-            runs=tuple(_seen_in(shown, run) for run in runs),
-            provenance=provenance,
-            intervals=swept.intervals if swept else None,
-            sweep=swept.indicators if swept else None,
-            network=network,
-        )
-        texts[PAGE] = page_of([PageSource(scenario.name, results, line_of(line))])
+        seen = [_seen_in(shown, run) for run in runs]
+        read = _results(folder, findings, stations, seen, provenance, network)
+        texts[PAGE] = page_of([PageSource(scenario.name, read, line_of(line))])
     publish_folder(folder, STUDY_RESULTS, frames, made, provenance, texts=texts, formats=formats)
     return findings
+
+
+def _results(
+    folder: Path,
+    findings: Findings,
+    stations: pd.DataFrame,
+    runs: Sequence[RunTables],
+    provenance: Mapping[str, Any],
+    network: Mapping[str, pd.DataFrame],
+) -> Results:
+    """Return the results as whoever reads the folder will have them."""
+    swept = findings.sweep
+    return Results(
+        folder=folder,
+        summary=findings.summary,
+        columns=columns_frame(),
+        stations=stations,
+        runs=tuple(runs),
+        provenance=provenance,
+        intervals=swept.intervals if swept else None,
+        sweep=swept.indicators if swept else None,
+        network=network,
+    )
 
 
 def _seen_in(shown: Sequence[RunTables], run: RunTables) -> RunTables:
@@ -213,9 +222,9 @@ def _figures(
 def _pareto(
     scenario: Scenario, summary: pd.DataFrame, knows_future: Collection[str]
 ) -> dict[str, Draw]:
-    """Return the figure of what controllers gain and give up; none for one controller."""
+    """Return the figure of what controllers gain and give up; none of a sweep, or of one."""
     names = list(dict.fromkeys(summary["controller"]))
-    if len(names) < 2:
+    if len(names) < 2 or scenario.sweep:
         return {}
     from kankaku.analysis.figures.pareto_figure import pareto_figure  # noqa: PLC0415
 
@@ -244,7 +253,9 @@ def _sweep_figures(
 
 
 def _maps(scenario: Scenario, runs: Sequence[RunTables], stations: pd.DataFrame) -> dict[str, Draw]:
-    """Return the control maps of runs by their places in the results folder."""
+    """Return the control maps of runs by their places in the folder; none of a network."""
+    if scenario.line.network:
+        return {}
     from kankaku.analysis.figures.map_diagram import control_map_figure  # noqa: PLC0415
 
     return {

@@ -40,7 +40,7 @@ class Sample(NamedTuple):
     cause: str
 
 
-class Link(NamedTuple):
+class CauseLink(NamedTuple):
     """A train or a place in a chain of causes, at the moment that counts."""
 
     name: str
@@ -262,7 +262,7 @@ class Seen:
         other = np.flatnonzero(own["cause"][: last + 1] != own["cause"][last])
         return float(own["time_s"][int(other[-1]) + 1 if other.size else 0])
 
-    def link(self, name: str, time_s: float) -> Link:
+    def link(self, name: str, time_s: float) -> CauseLink:
         """
         Return how a train or a place was at a moment.
 
@@ -275,20 +275,20 @@ class Seen:
 
         Returns
         -------
-        Link
+        CauseLink
             What the tables tell of it then.
         """
         if name not in self._calls:
-            return Link(name, time_s, BESIDE, NO_CALL, "", *(np.nan,) * 4)
+            return CauseLink(name, time_s, BESIDE, NO_CALL, "", *(np.nan,) * 4)
         at = self.call_at(name, time_s)
         if at == NO_CALL:
             stands = self.stand(name, time_s) is not None
-            return Link(name, time_s, BETWEEN if stands else RUNNING, at, "", *(np.nan,) * 4)
+            return CauseLink(name, time_s, BETWEEN if stands else RUNNING, at, "", *(np.nan,) * 4)
         call = rows_of(self.calls(name).iloc[[at]])[0]
         state = BETWEEN if self.stand(name, time_s) else RUNNING
         if not call["departure_s"] <= time_s:
             state = AT_PLATFORM
-        return Link(
+        return CauseLink(
             name,
             time_s,
             state,
@@ -300,7 +300,7 @@ class Seen:
             call["secondary_delay_s"],
         )
 
-    def chain(self, train: str, time_s: float) -> list[Link]:
+    def chain(self, train: str, time_s: float) -> list[CauseLink]:
         """
         Return what a train was slow for, what that one was held up by, and so on.
 
@@ -313,13 +313,13 @@ class Seen:
 
         Returns
         -------
-        list[Link]
+        list[CauseLink]
             Nearest first; the last one is held up by nobody, or by one that was named before. Empty
             if the train itself was slow for nothing.
         """
         return list(self._chain(train, time_s))
 
-    def _chain(self, train: str, time_s: float) -> Iterator[Link]:
+    def _chain(self, train: str, time_s: float) -> Iterator[CauseLink]:
         seen = {train}
         while True:
             name = self.cause_at(train, time_s)
@@ -333,7 +333,7 @@ class Seen:
                 return
             train, time_s = name, since_s
 
-    def _held_up_s(self, link: Link) -> float | None:
+    def _held_up_s(self, link: CauseLink) -> float | None:
         """Return when a link was itself held up by something else; None if it was not. [s]"""
         if link.state == BESIDE:
             return None

@@ -9,7 +9,7 @@ import pandas as pd
 
 from kankaku.analysis.page.html import PAGE, page_of
 from kankaku.analysis.page.page_data import MOST_RUNS, Note, PageSource
-from kankaku.analysis.page.reading import PageError, line_of, read_source
+from kankaku.analysis.page.page_reading import PageError, line_of, read_source
 from kankaku.analysis.publish.across_publishing import ACROSS_RESULTS
 from kankaku.analysis.results import STATIONS, Results, columns_frame
 from kankaku.analysis.tables.columns import json_text, rows_frame, write_whole

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from kankaku.analysis.page.html import page_of
-from kankaku.analysis.page.reading import read_source
+from kankaku.analysis.page.page_reading import read_source
 from kankaku.analysis.results import Results, read_results
 from kankaku.analysis.tables.columns import rows_of
 from kankaku.analysis.tables.compare import comparison

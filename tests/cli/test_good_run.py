@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from kankaku.analysis.page.html import PAGE, page_of
-from kankaku.analysis.page.reading import read_source
+from kankaku.analysis.page.page_reading import read_source
 from kankaku.analysis.results import read_results
 from kankaku.scenarios.loading.load import load
 from tests.cli.command import (

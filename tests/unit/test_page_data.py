@@ -11,7 +11,7 @@ import pytest
 
 from kankaku.analysis.page.html import BROWSER, page_of, program
 from kankaku.analysis.page.page_data import CALLS, PageSource, page_data, together
-from kankaku.analysis.page.reading import PageError, read_source
+from kankaku.analysis.page.page_reading import PageError, read_source
 from kankaku.analysis.results import read_results
 from kankaku.analysis.tables.columns import rows_of
 from kankaku.analysis.tables.compare import comparison

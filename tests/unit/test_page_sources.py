@@ -10,7 +10,7 @@ import pytest
 
 from kankaku.analysis.page.html import PAGE, page_of
 from kankaku.analysis.page.page_data import page_data
-from kankaku.analysis.page.reading import PageError, read_source
+from kankaku.analysis.page.page_reading import PageError, read_source
 from kankaku.commands import page_shown
 from kankaku.studies import dataset
 from kankaku.studies.ensemble_findings import Drawing
