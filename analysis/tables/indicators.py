@@ -88,6 +88,8 @@ class Indicator(NamedTuple):
     """Changes are told in per cent of a baseline above this. In the indicator's unit"""
     rare: bool = False
     """Left out of comparisons in which it is 0 in every run."""
+    sense: int = -1
+    """Below 0 less is better, above 0 more; 0 where it tells nothing of a control. [-]"""
 
 
 def _scheduled_speed_kmh(measured: MeasuredRun) -> float:
@@ -200,6 +202,7 @@ INDICATORS = (
         lambda measured: measured.bounds_s.mean(),
         "bound of the mean arrival delay",
         5.0,
+        sense=0,
     ),
     Indicator(
         Topic.DELAY,
@@ -279,6 +282,7 @@ INDICATORS = (
         _scheduled_speed_kmh,
         "scheduled speed",
         1.0,
+        sense=1,
     ),
     Indicator(
         Topic.ENERGY,
