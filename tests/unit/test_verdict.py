@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import pandas as pd
 import pytest
 
-from kankaku.analysis.tables.columns import rows_frame
+from kankaku.analysis.tables.columns import rows_frame, rows_of
 from kankaku.analysis.tables.compare import comparison
 from kankaku.analysis.tables.summary import SUMMARY
 from kankaku.analysis.tables.verdict import (
@@ -118,14 +118,14 @@ def test_an_interval_that_holds_nothing_is_alike() -> None:
     summary = morning(
         {"plain": {}, "noisy": {"interstation_stop_time_s": 500.0}}, seeds=3, noise=90.0
     )
-    (_, row) = comparison(summary, ["interstation_stop_time_s"]).to_dict("records")
+    (_, row) = rows_of(comparison(summary, ["interstation_stop_time_s"]))
     assert abs(row["difference"]) < row["confidence_95"]
     assert mark_of(row) is Mark.ALIKE
 
 
 def test_more_speed_is_better() -> None:
     found = {"plain": {"scheduled_speed_kmh": 30.0}, "fast": {"scheduled_speed_kmh": 33.0}}
-    (_, row) = comparison(morning(found), ["scheduled_speed_kmh"]).to_dict("records")
+    (_, row) = rows_of(comparison(morning(found), ["scheduled_speed_kmh"]))
     assert mark_of(row) is Mark.BETTER
 
 
