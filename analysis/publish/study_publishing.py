@@ -12,6 +12,7 @@ from kankaku.analysis.results import WRITTEN_TABLES, stations_frame
 from kankaku.analysis.tables.across_tables import across_frame
 from kankaku.analysis.tables.map_window import window_of
 from kankaku.analysis.tables.network_tables import NETWORK_TABLES, network_tables
+from kankaku.analysis.tables.places_and_trains import by_station, by_train_frame
 from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.analysis.tables.summary import summary_frame
 from kankaku.analysis.tables.sweep import SWEPT_TABLES, SweepTables, shown_delays_s, sweep_tables
@@ -126,12 +127,16 @@ def publish(  # noqa: PLR0913 - one argument per part of the folder
         ),
         by_direction=network.get("by_direction"),
     )
-    frames = {"summary": findings.summary, "stations": stations, **network}
-    if findings.sweep:
-        frames |= findings.sweep.frames
+    frames = {"stations": stations, **_frames(findings, runs), **network}
     texts = {"report.md": report}
     publish_folder(folder, STUDY_RESULTS, frames, made, provenance, texts=texts)
     return findings
+
+
+def _frames(findings: Findings, runs: Sequence[RunTables]) -> dict[str, pd.DataFrame]:
+    swept = findings.sweep.frames if findings.sweep else {}
+    places = {"by_station": by_station(runs), "by_train": by_train_frame(runs)}
+    return {"summary": findings.summary, **places, **swept}
 
 
 def _unfinished(runs: Sequence[RunTables], scenario: Scenario) -> list[str]:
