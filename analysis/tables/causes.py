@@ -40,7 +40,7 @@ class Sample(NamedTuple):
     cause: str
 
 
-class Link(NamedTuple):
+class CauseLink(NamedTuple):
     """A train or a place in a chain of causes, at the moment that counts."""
 
     name: str
@@ -239,6 +239,32 @@ class Seen:
         near = [str(name) for name in own["cause"][max(until - NEAR_SAMPLES, 0) : until]]
         return next((name for name in reversed(near) if name), "")
 
+    def slowed_before(self, train: str, time_s: float, since_s: float) -> Sample | None:
+        """
+        Return the last sample in which a train was slow for something ahead.
+
+        Parameters
+        ----------
+        train
+            Its number.
+        time_s
+            Until then. [s]
+        since_s
+            Not before that. [s]
+
+        Returns
+        -------
+        Sample | None
+            None if it was not.
+        """
+        own = self.samples(train)
+        part = slice(*np.searchsorted(own["time_s"], (since_s, time_s), side="left").tolist())
+        slow = np.flatnonzero(own["cause"][part] != "")
+        if not slow.size:
+            return None
+        at = part.start + int(slow[-1])
+        return Sample(**{name: values[at] for name, values in own.items()})
+
     def bound_since_s(self, train: str, time_s: float) -> float:
         """
         Return since when a train was slow for what it is slow for, without a break.
@@ -262,7 +288,7 @@ class Seen:
         other = np.flatnonzero(own["cause"][: last + 1] != own["cause"][last])
         return float(own["time_s"][int(other[-1]) + 1 if other.size else 0])
 
-    def link(self, name: str, time_s: float) -> Link:
+    def link(self, name: str, time_s: float) -> CauseLink:
         """
         Return how a train or a place was at a moment.
 
@@ -275,20 +301,20 @@ class Seen:
 
         Returns
         -------
-        Link
+        CauseLink
             What the tables tell of it then.
         """
         if name not in self._calls:
-            return Link(name, time_s, BESIDE, NO_CALL, "", *(np.nan,) * 4)
+            return CauseLink(name, time_s, BESIDE, NO_CALL, "", *(np.nan,) * 4)
         at = self.call_at(name, time_s)
         if at == NO_CALL:
             stands = self.stand(name, time_s) is not None
-            return Link(name, time_s, BETWEEN if stands else RUNNING, at, "", *(np.nan,) * 4)
+            return CauseLink(name, time_s, BETWEEN if stands else RUNNING, at, "", *(np.nan,) * 4)
         call = rows_of(self.calls(name).iloc[[at]])[0]
         state = BETWEEN if self.stand(name, time_s) else RUNNING
         if not call["departure_s"] <= time_s:
             state = AT_PLATFORM
-        return Link(
+        return CauseLink(
             name,
             time_s,
             state,
@@ -300,7 +326,38 @@ class Seen:
             call["secondary_delay_s"],
         )
 
-    def chain(self, train: str, time_s: float) -> list[Link]:
+    def next_ahead(self, train: str, time_s: float) -> tuple[str, float] | None:
+        """
+        Return which train is next ahead, on the tracks that a train takes.
+
+        Parameters
+        ----------
+        train
+            Its number.
+        time_s
+            The moment. [s]
+
+        Returns
+        -------
+        tuple[str, float] | None
+            Its number, and how far it is from front to front [m]; None for nobody.
+        """
+        here = self.sample(train, time_s)
+        if here is None:
+            return None
+        own = self.samples(train)
+        way, forward = set(own["track"]), own["front_m"][-1] >= own["front_m"][0]
+        nearest: tuple[str, float] | None = None
+        for other in self._part:
+            there = self.sample(other, time_s) if other != train else None
+            if there is None or there.track not in way:
+                continue
+            apart_m = (there.front_m - here.front_m) * (1.0 if forward else -1.0)
+            if apart_m > 0.0 and (nearest is None or apart_m < nearest[1]):
+                nearest = other, apart_m
+        return nearest
+
+    def chain(self, train: str, time_s: float) -> list[CauseLink]:
         """
         Return what a train was slow for, what that one was held up by, and so on.
 
@@ -313,13 +370,13 @@ class Seen:
 
         Returns
         -------
-        list[Link]
+        list[CauseLink]
             Nearest first; the last one is held up by nobody, or by one that was named before. Empty
             if the train itself was slow for nothing.
         """
         return list(self._chain(train, time_s))
 
-    def _chain(self, train: str, time_s: float) -> Iterator[Link]:
+    def _chain(self, train: str, time_s: float) -> Iterator[CauseLink]:
         seen = {train}
         while True:
             name = self.cause_at(train, time_s)
@@ -333,7 +390,7 @@ class Seen:
                 return
             train, time_s = name, since_s
 
-    def _held_up_s(self, link: Link) -> float | None:
+    def _held_up_s(self, link: CauseLink) -> float | None:
         """Return when a link was itself held up by something else; None if it was not. [s]"""
         if link.state == BESIDE:
             return None
