@@ -22,11 +22,13 @@ from kankaku.asking import (
     YEARS,
     Check,
 )
-from kankaku.commands import study_options
+from kankaku.commands import results_commands, study_options
 from kankaku.commands.shared_options import (
     OUT,
     PROCESSORS,
     Engine,
+    Format,
+    Formatted,
     Fresh,
     Jobs,
     MayBeNamed,
@@ -112,6 +114,7 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
     out: Out = OUT,
     fresh: Fresh = False,
     engine: Engine = EVERY_STEP,
+    form: Formatted = Format.TABLE,
     gui: Annotated[bool, typer.Option("--gui", help="Show the runs in sumo-gui.")] = False,
     list_controllers: Annotated[
         bool,
@@ -141,7 +144,7 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
         "fresh": fresh,
         "engine": engine,
     }
-    _end(run_shown.compare(scenario, out, choices))
+    _end(run_shown.compare(scenario, out, choices, form))
 
 
 @app.command("across")
@@ -330,3 +333,6 @@ def check_controller(
     from kankaku.commands.check_shown import judge
 
     _end(judge(name))
+
+
+results_commands.add_commands(app)

@@ -2,6 +2,7 @@
 
 import os
 import platform
+from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, TypeAlias
@@ -78,6 +79,19 @@ Seed: TypeAlias = Annotated[
 Out: TypeAlias = Annotated[Path, typer.Option(help="Where results go.")]
 Fresh: TypeAlias = Annotated[
     bool, typer.Option("--fresh", help="Start anew instead of continuing earlier runs.")
+]
+
+
+class Format(StrEnum):
+    """How a command writes its tables."""
+
+    TABLE = "table"
+    CSV = "csv"
+    JSON = "json"
+
+
+Formatted: TypeAlias = Annotated[
+    Format, typer.Option("--format", help="Tables for people, or for other programs.")
 ]
 
 
