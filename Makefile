@@ -5,11 +5,15 @@ READY := .venv/.ready
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity radio availability sakai takaoka test check format lint types contracts bench seeds map yizhuang terminals interval driving steps limits reserve losses approach stress sensitivity fuzz kills mutants results docs clean
+.PHONY: rush-hour explained capacity radio availability sakai takaoka test check format lint types contracts bench seeds map yizhuang terminals interval driving steps limits reserve losses approach stress sensitivity fuzz kills mutants results docs clean
 
 # A target makes its results anew: after an edit of the program earlier runs are refused.
 rush-hour: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour --fresh
+
+# Is what is said of random stops of the rush hour true? Compared with the raw tables.
+explained: $(READY)
+	$(BIN)/python -m tools.explained_stops out/rush_hour
 
 # Headways, blocking times and occupation under five protections; writes out/rush_hour_capacity/.
 capacity: $(READY)
@@ -39,7 +43,7 @@ takaoka: $(READY)
 test: $(READY)
 	$(BIN)/python -m pytest -n auto
 
-check: lint types contracts test docs rush-hour
+check: lint types contracts test docs rush-hour explained
 
 format: $(READY)
 	$(BIN)/ruff check --fix .
