@@ -57,7 +57,7 @@ def test_what_cannot_be_run_is_refused_on_one_screen(folder: Path, tmp_path: Pat
     study = ("study", folder, "--out", tmp_path / "out")
     assert "allowed: 3/20 for the third" in refused(*study, "--shard", "3")
     assert "is no indicator; allowed: " in refused(*study, "--until", "lateness ±2 %")
-    assert "allowed: png, svg" in refused(*study, "--format", "pdf")
+    assert "allowed: png, svg, pdf" in refused(*study, "--format", "gif")
     assert "allowed: plain, second" in refused(*study, "--controllers", "plain,fast")
     assert "plan.json of a study" in refused("merge", tmp_path / "out", folder)
     assert not (tmp_path / "out").exists()
