@@ -7,11 +7,15 @@ WORKERS := -n auto --dist worksteal
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour capacity radio availability sakai takaoka test deep check in-turn format lint types contracts bench seeds map yizhuang terminals interval driving steps limits reserve losses approach stress sensitivity fuzz kills mutants results docs clean
+.PHONY: rush-hour explained capacity radio availability sakai takaoka test deep check in-turn format lint types contracts bench seeds map yizhuang terminals interval driving steps limits reserve losses approach stress sensitivity fuzz kills mutants results docs clean
 
 # A target makes its results anew: after an edit of the program earlier runs are refused.
 rush-hour: $(READY)
 	$(BIN)/python run.py scenarios/rush_hour --fresh $(RUSH_HOUR)
+
+# Is what is said of random stops of the rush hour true? Compared with the raw tables.
+explained: rush-hour
+	$(BIN)/python -m tools.explained_stops out/rush_hour
 
 # Headways, blocking times and occupation under five protections; writes out/rush_hour_capacity/.
 capacity: $(READY)
@@ -47,7 +51,7 @@ deep: $(READY)
 
 # The rush hour beside the rest: it compiles, in one process, what the tests find compiled then.
 check: $(READY)
-	$(MAKE) --jobs 2 rush-hour in-turn RUSH_HOUR="--jobs 1"
+	$(MAKE) --jobs 2 explained in-turn RUSH_HOUR="--jobs 1"
 
 in-turn: $(READY)
 	$(MAKE) lint

@@ -8,8 +8,9 @@ from typing import Any
 
 import pandas as pd
 
-from kankaku.analysis.tables.columns import read_csv, rows_frame
+from kankaku.analysis.tables.columns import read_csv, rows_frame, written_columns
 from kankaku.analysis.tables.network_tables import NETWORK_TABLES
+from kankaku.analysis.tables.places_and_trains import PLACES_AND_TRAINS
 from kankaku.analysis.tables.run_tables import RunTables, read_run
 from kankaku.analysis.tables.summary import SUMMARY
 from kankaku.analysis.tables.sweep import SWEPT_TABLES, read_intervals, read_sweep
@@ -43,6 +44,7 @@ RUN_PLACES = ("*", "*/seed_*", "*/delay_*")
 WRITTEN_TABLES: Mapping[str, tuple[Column, ...]] = {
     "summary": SUMMARY,
     "stations": STATIONS,
+    **PLACES_AND_TRAINS,
     **RAW_TABLES,
 }
 """Every table of a results folder; a sweep has ``SWEPT_TABLES``, a network ``NETWORK_TABLES``."""
@@ -202,7 +204,7 @@ def columns_frame(tables: Mapping[str, tuple[Column, ...]] = WRITTEN_TABLES) -> 
             "meaning": column.meaning,
         }
         for table, columns in tables.items()
-        for column in columns
+        for column in written_columns(columns)
     )
     return rows_frame(rows, COLUMNS)
 
@@ -259,7 +261,7 @@ def _holds(folder: Path, files: Sequence[str]) -> bool:
     return all((folder / name).is_file() for name in files)
 
 
-def read_results(folder: str | Path, *, trajectories: bool = True) -> Results:
+def read_results(folder: str | Path, *, trajectories: bool = True, runs: bool = True) -> Results:
     """
     Read a results folder.
 
@@ -269,6 +271,8 @@ def read_results(folder: str | Path, *, trajectories: bool = True) -> Results:
         What ``run.py`` left, for example ``out/rush_hour``.
     trajectories
         Read the trajectories too; without them many seeds fit into memory.
+    runs
+        Read the tables of the runs; without them only what the folder holds itself.
 
     Returns
     -------
@@ -296,14 +300,15 @@ def read_results(folder: str | Path, *, trajectories: bool = True) -> Results:
         if problem := name_problem(name):
             msg = f"{place / 'summary.csv'}: controller {name!r} {problem}"
             raise ValueError(msg)
-    runs = summary[["controller", "seed", "initial_delay_s"]].itertuples(index=False, name=None)
+    named = summary[["controller", "seed", "initial_delay_s"]] if runs else summary.iloc[:0, :3]
     return Results(
         folder=place,
         summary=summary,
         columns=read_csv(place / "columns.csv", COLUMNS),
         stations=read_csv(place / "stations.csv", STATIONS),
         runs=tuple(
-            read_run(_folder_of(place, *run), *run, trajectory=trajectories) for run in runs
+            read_run(folder_of_run(place, *run), *run, trajectory=trajectories)
+            for run in named.itertuples(index=False, name=None)
         ),
         provenance=read_provenance(provenance) if provenance.is_file() else {},
         intervals=read_intervals(place) if swept else None,
@@ -340,13 +345,31 @@ def read_provenance(file: Path) -> Mapping[str, Any]:
     except RecursionError as error:
         msg = f"{file}: nested too deeply"
         raise ValueError(msg) from error
+    except ValueError as error:
+        msg = f"{file}: is no JSON in UTF-8: {' '.join(str(error).split())}"
+        raise ValueError(msg) from error
     if not isinstance(found, dict):
         msg = f"{file}: holds no table of keys"
         raise ValueError(msg)  # noqa: TRY004 - a file is wrong, not an argument
     return found
 
 
-def _folder_of(place: Path, controller: str, seed: int, initial_delay_s: float) -> Path:
+def folder_of_run(place: Path, controller: str, seed: int, initial_delay_s: float) -> Path:
+    """
+    Return where in a results folder the raw tables of a run lie.
+
+    Parameters
+    ----------
+    place
+        Results folder.
+    controller, seed, initial_delay_s
+        Of the run, as its summary has them; the delay in seconds.
+
+    Returns
+    -------
+    Path
+        Its folder, of a sweep, of several seeds or of one run; nothing need be there.
+    """
     # A study of several runs per controller that was interrupted may have left only one of them.
     swept = run_folder(place, controller, seed, initial_delay_s, seeds=1)
     own = run_folder(place, controller, seed, seeds=2)

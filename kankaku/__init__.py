@@ -9,6 +9,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from kankaku.analysis.explaining import Explanation as Explanation
+    from kankaku.analysis.explaining import explain as explain
     from kankaku.analysis.results import Results as Results
     from kankaku.analysis.results import read_results as read_results
     from kankaku.analysis.tables.run_tables import RunTables as RunTables
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AcrossResult",
+    "Explanation",
     "KankakuError",
     "Layer",
     "Medium",
@@ -50,6 +53,7 @@ __all__ = [
     "across",
     "choose",
     "eco_run",
+    "explain",
     "fastest_run",
     "load",
     "read_results",
@@ -64,6 +68,7 @@ __all__ = [
 
 _HOMES = {
     "AcrossResult": "kankaku.studies.across_study",
+    "Explanation": "kankaku.analysis.explaining",
     "KankakuError": "kankaku.railway.errors",
     "Layer": "kankaku.controllers.layers",
     "Medium": "kankaku.controllers.layers",
@@ -76,6 +81,7 @@ _HOMES = {
     "across": "kankaku.face",
     "choose": "kankaku.studies.study",
     "eco_run": "kankaku.railway.motion.eco_run",
+    "explain": "kankaku.analysis.explaining",
     "fastest_run": "kankaku.railway.motion.run_curve",
     "load": "kankaku.face",
     "read_results": "kankaku.analysis.results",

@@ -72,7 +72,7 @@ class ManyRuns:
         """Run the study as a user would, in a process group of its own."""
         arguments = [sys.executable, PROJECT / "run.py", "study", SCENARIO, "--jobs", "2"]
         arguments += ["--controllers", self.controllers, "--step", STEP_S, "--seed", "1"]
-        arguments += ["--seeds", self.seeds, "--format", "svg", "--out", self.out]
+        arguments += ["--seeds", self.seeds, "--figures", "svg", "--out", self.out]
         temporary = self.root / "temporary"
         temporary.mkdir(exist_ok=True)
         process = subprocess.Popen(  # noqa: S603

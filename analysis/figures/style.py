@@ -3,6 +3,8 @@
 import io
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,28 +13,54 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.font_manager import fontManager, get_font
+from matplotlib.text import Text
 from matplotlib.ticker import FixedLocator, FuncFormatter, MultipleLocator
 
 from kankaku.analysis.tables.columns import columns_by_train, write_whole
 from kankaku.analysis.words import clock
 from kankaku.railway.arrays import FloatArray
 
-PALETTE = ("#0072B2", "#D55E00", "#009E73", "#AA4499", "#56B4E9", "#E69F00", "#332288")
-"""Okabe and Ito, *Color Universal Design*, 2008, with two purples of Tol's muted scheme."""
-DASHES = ("solid", (0, (4, 1.5)), (0, (1, 1)))
-"""Line styles for controllers beyond the palette."""
+# fmt: off
+PALETTE = (
+    "#0072B2", "#D55E00", "#009E73", "#AA4499", "#56B4E9", "#E69F00", "#332288", "#693C00",
+    "#0000E1", "#A569FF", "#4B4B5A", "#3C2D3C", "#785A3C", "#A5C387", "#7887C3", "#5A1E00",
+    "#961EFF", "#6900B4", "#FF3C78", "#87C3D2", "#A50F78", "#D2873C", "#8796FF", "#C31ED2",
+)
+# fmt: on
+"""
+Okabe and Ito, *Color Universal Design*, 2008, with two purples of Tol's muted scheme; then each
+time the colour that is farthest from all before it for whoever sees it least, in Oklab, by normal
+sight and without one kind of cones (Machado, Oliveira and Fernandes 2009).
+"""
+OF_ONE_DASH = 8
+"""So many controllers share a line style. [-]"""
+DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = (
+    "solid",
+    (0, (4, 1.5)),
+    (0, (1, 1)),
+    (0, (6, 1.5, 1, 1.5)),
+    (0, (2.5, 2.5)),
+)
+"""Line styles: beyond eight colours nobody tells lines apart by the colour alone."""
 MARKERS = ("o", "s", "^", "D", "v")
 """Markers: their number and that of the colours have no common divisor."""
 BOOKED = "#A6A6A6"
 STOP = "#111111"
 GRID = "#E9E9E9"
 INK = "#333333"
+FONT = Path(__file__).parent / "fonts" / "NotoSansJPSubset-Regular.ttf"
+"""The characters of JIS X 0208 from Noto Sans JP, under the licence beside it."""
+BOLD = 700
+NO_LETTER = "□"
+JAPANESE = "Noto Sans JP Subset"
 STYLE: dict[Any, Any] = {
     "axes.edgecolor": "#999999",
     "axes.labelcolor": INK,
     "axes.linewidth": 0.6,
     "axes.titlesize": 10.0,
-    "font.family": ["DejaVu Sans"],
+    # Who looks for a glyph looks in this order.
+    "font.family": ["DejaVu Sans", JAPANESE],
     "font.size": 8.0,
     "legend.frameon": False,
     "path.simplify_threshold": 0.2,
@@ -44,12 +72,22 @@ STYLE: dict[Any, Any] = {
     "ytick.color": INK,
 }
 PNG_DPI = 160
+_TIMELESS: dict[str, dict[str, str | None]] = {
+    "svg": {"Date": None},
+    "pdf": {"CreationDate": None},
+}
+"""What leaves out of a file when it was drawn."""
 _CLOCK_STEPS_S = (60, 120, 300, 600, 900, 1800, 3600, 7200, 14400)
 
 
 @contextmanager
 def style() -> Iterator[None]:
     """Draw in the style of the project, and leave matplotlib as it was."""
+    if not any(font.name == JAPANESE for font in fontManager.ttflist):
+        fontManager.addfont(FONT)
+        # There is one weight of it; who asks for a bold one gets that without a complaint.
+        (own,) = (font for font in fontManager.ttflist if font.name == JAPANESE)
+        fontManager.ttflist.append(replace(own, weight=BOLD))
     with mpl.rc_context(STYLE):
         yield
 
@@ -66,7 +104,8 @@ def colour(index: int) -> str:
     Returns
     -------
     str
-        A colour that stays distinct to colour-blind readers.
+        A colour that stays distinct to colour-blind readers; the same one as that of another
+        controller only if there are more than 24, with another line style and marker then.
     """
     return PALETTE[index % len(PALETTE)]
 
@@ -83,7 +122,7 @@ def marker(index: int) -> str:
     Returns
     -------
     str
-        With its colour one that no other of 35 controllers has.
+        With its colour one that no other of 120 controllers has.
     """
     return MARKERS[index % len(MARKERS)]
 
@@ -100,9 +139,9 @@ def dashes(index: int) -> str | tuple[float, tuple[float, ...]]:
     Returns
     -------
     str | tuple[float, tuple[float, ...]]
-        Solid, until the colours are used up.
+        Solid for the first eight; with its colour one that no other of 120 controllers has.
     """
-    return DASHES[index // len(PALETTE) % len(DASHES)]
+    return DASHES[(index // OF_ONE_DASH + index // len(PALETTE)) % len(DASHES)]
 
 
 def clock_axis(axes: Axes, start_s: float, end_s: float, *, ticks: int = 9) -> None:
@@ -235,6 +274,31 @@ def draw_booked(axes: Axes, calls: pd.DataFrame, *, label: str) -> None:
         )
 
 
+@cache
+def _known_letters() -> frozenset[int]:
+    """Return the characters that can be drawn."""
+    files = (FONT, fontManager.findfont("DejaVu Sans"))
+    return frozenset(code for file in files for code in get_font(str(file)).get_charmap())
+
+
+def drawable(text: str) -> str:
+    """
+    Return a text as it can be drawn.
+
+    Parameters
+    ----------
+    text
+        Any text, a stranger's too.
+
+    Returns
+    -------
+    str
+        The same with a box for each character that no font of ours has.
+    """
+    known = _known_letters()
+    return "".join(c if c == "\n" or ord(c) in known else NO_LETTER for c in text)
+
+
 def write_figure(
     figure: Figure, stem: Path, formats: Sequence[str] = ("png", "svg")
 ) -> tuple[Path, ...]:
@@ -248,16 +312,19 @@ def write_figure(
     stem
         Path without suffix.
     formats
-        Which files: ``png``, ``svg``.
+        Which files: ``png``, ``svg``, ``pdf``.
 
     Returns
     -------
     tuple[Path, ...]
         The files.
     """
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)  # noqa: S101 - that is what was looked for
+        text.set_text(drawable(text.get_text()))
     files = []
     for kind in formats:
-        metadata: dict[str, str | None] = {"Date": None} if kind == "svg" else {}
+        metadata = _TIMELESS.get(kind, {})
         buffer = io.BytesIO()
         with style():
             figure.savefig(buffer, format=kind, dpi=PNG_DPI, metadata=metadata)

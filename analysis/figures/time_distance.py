@@ -19,6 +19,7 @@ from kankaku.analysis.figures.style import (
     station_axis,
     style,
 )
+from kankaku.analysis.figures.train_numbers import name_lines
 from kankaku.analysis.tables.columns import columns_by_train
 from kankaku.analysis.tables.interstation import stop_totals
 from kankaku.analysis.tables.run_tables import RunTables
@@ -27,6 +28,8 @@ from kankaku.analysis.words import label_of
 PANEL_WIDTH_IN = 7.0
 PANEL_HEIGHT_IN = 4.3
 _EDGE_S = 120.0
+_NUMBER_PT = 4.0
+"""Of train numbers: forty of them have to stand in a panel. [pt]"""
 _LABEL = 0.032
 """Height of a station's name in a panel of that height. [-]"""
 
@@ -37,6 +40,7 @@ def time_distance_figure(
     *,
     title: str,
     window_s: tuple[float, float] | None = None,
+    stretch_m: tuple[float, float] | None = None,
 ) -> Figure:
     """
     Draw the time-distance diagrams of some runs.
@@ -54,15 +58,20 @@ def time_distance_figure(
         Title of the figure.
     window_s
         From when to when; everything if None. [s]
+    stretch_m
+        From where to where; every station that is served if None. [m]
 
     Returns
     -------
     Figure
-        Clock time across, chainage upwards, booked lines grey, stops between stations marked.
+        Clock time across, chainage upwards, booked lines grey, stops between stations marked, each
+        line with its train number.
     """
     columns = 1 if len(runs) == 1 else 2
     lines = -(-len(runs) // columns)
     served = stations[stations["station"].isin(runs[0].calls["station"])]
+    if stretch_m is not None:
+        served = stations[stations["chainage_m"].between(*stretch_m)]
     # With more stations than names fit beside a panel it is higher.
     tall = max(_LABEL * len(served), 1.0)
     size = (1.3 + PANEL_WIDTH_IN * columns, 1.2 + PANEL_HEIGHT_IN * lines * tall)
@@ -76,9 +85,13 @@ def time_distance_figure(
         if window_s is not None:
             start_s, end_s = window_s
         for index, (run, axes) in enumerate(zip(runs, panels.flat, strict=False)):
-            _draw_panel(axes, run, index)
+            trains = _draw_panel(axes, run, index)
             _frame_panel(axes, served, run.calls, labels=index % columns == 0, gap=_LABEL / tall)
+            if stretch_m is not None:
+                edge_m = 0.05 * (stretch_m[1] - stretch_m[0])
+                axes.set_ylim(stretch_m[0] - edge_m, stretch_m[1] + edge_m)
             clock_axis(axes, start_s, end_s)
+            name_lines(axes, trains, size=_NUMBER_PT)
             axes.tick_params(axis="x", labelbottom=index + columns >= len(runs))
         figure.suptitle(title, fontsize=13.0)
         spare = list(panels.flat)[len(runs) :]
@@ -94,7 +107,7 @@ def _frame_panel(
     axes: Axes, served: pd.DataFrame, calls: pd.DataFrame, *, labels: bool, gap: float
 ) -> None:
     chainage_m = served["chainage_m"].to_numpy()
-    length_m = float(np.ptp(chainage_m))
+    length_m = max(float(np.ptp(chainage_m)), 1.0)
     low_m = chainage_m[0]
     if (calls.groupby("train", sort=False)["stop_m"].diff() < 0.0).any():
         # Trains towards lower chainage stop at the other ends of platforms.
@@ -105,11 +118,12 @@ def _frame_panel(
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def _draw_panel(axes: Axes, run: RunTables, index: int) -> None:
+def _draw_panel(axes: Axes, run: RunTables, index: int) -> dict[str, Line2D]:
     draw_booked(axes, run.calls, label="booked")
     _shade_lateness(axes, run.calls, colour(index))
-    for _, (time_s, front_m) in columns_by_train(run.trajectory, "time_s", "front_m"):
-        axes.plot(time_s, front_m, color=colour(index), linewidth=0.7)
+    lines = {}
+    for train, (time_s, front_m) in columns_by_train(run.trajectory, "time_s", "front_m"):
+        (lines[train],) = axes.plot(time_s, front_m, color=colour(index), linewidth=0.7)
     stops = run.interstation_stops
     axes.scatter(
         stops["start_s"] + stops["duration_s"] / 2,
@@ -126,6 +140,7 @@ def _draw_panel(axes: Axes, run: RunTables, index: int) -> None:
     told = f"{totals.stops} stop{plural} between stations, {totals.time_s:,.0f} s"
     axes.set_title(label_of(run.controller), loc="left", color=colour(index), fontweight="bold")
     axes.set_title(told if totals.stops else "no stop between stations", loc="right", fontsize=8.0)
+    return lines
 
 
 def _shade_lateness(axes: Axes, calls: pd.DataFrame, shade: str) -> None:

@@ -21,7 +21,9 @@ Draw: TypeAlias = "Callable[[], Figure]"
 EXPLAINED, MADE_FROM = "columns.csv", "provenance.json"
 """Every folder has what its columns mean, and what it was made from."""
 FORMATS = ("png", "svg")
-"""Of figures."""
+"""Of figures, if nobody says which."""
+EVERY_FORMAT = (*FORMATS, "pdf")
+"""Of figures, that can be asked for."""
 
 
 def image_names(figures: Iterable[str], formats: Sequence[str]) -> list[str]:
@@ -46,7 +48,7 @@ def image_names(figures: Iterable[str], formats: Sequence[str]) -> list[str]:
     return [f"{figure}.{shown}" for figure in figures]
 
 
-def _images(figures: Iterable[str], formats: Sequence[str] = FORMATS) -> set[str]:
+def _images(figures: Iterable[str], formats: Sequence[str] = EVERY_FORMAT) -> set[str]:
     return {f"{figure}.{ending}" for figure in figures for ending in formats}
 
 

@@ -18,6 +18,7 @@ from kankaku.analysis.tables.columns import json_text
 from kankaku.analysis.tables.line_told import LINE_FILE, line_told
 from kankaku.analysis.tables.map_window import window_of
 from kankaku.analysis.tables.network_tables import NETWORK_TABLES, network_tables
+from kankaku.analysis.tables.places_and_trains import by_station, by_train_frame
 from kankaku.analysis.tables.run_tables import RunTables
 from kankaku.analysis.tables.summary import summary_frame
 from kankaku.analysis.tables.sweep import SWEPT_TABLES, SweepTables, shown_delays_s, sweep_tables
@@ -129,8 +130,7 @@ def publish(  # noqa: PLR0913 - one argument per part of the folder
         notes=Notes(frozenset(knows_future), remaining),
         by_direction=network.get("by_direction"),
     )
-    swept = findings.sweep.frames if findings.sweep else {}
-    frames = {"summary": findings.summary, "stations": stations, **network, **swept}
+    frames = {"stations": stations, **_frames(findings, runs), **network}
     line = line_told(scenario, knows_future)
     texts = {"report.md": report, LINE_FILE: json_text(line)}
     if formats:
@@ -167,6 +167,12 @@ def _results(
 def _seen_in(shown: Sequence[RunTables], run: RunTables) -> RunTables:
     """Return a run with its trajectory if it is one of those that figures show."""
     return run if run in shown else replace(run, trajectory=run.trajectory.iloc[:0])
+
+
+def _frames(findings: Findings, runs: Sequence[RunTables]) -> dict[str, pd.DataFrame]:
+    swept = findings.sweep.frames if findings.sweep else {}
+    places = {"by_station": by_station(runs), "by_train": by_train_frame(runs)}
+    return {"summary": findings.summary, **places, **swept}
 
 
 def _unfinished(runs: Sequence[RunTables], scenario: Scenario) -> list[str]:

@@ -239,6 +239,32 @@ class Seen:
         near = [str(name) for name in own["cause"][max(until - NEAR_SAMPLES, 0) : until]]
         return next((name for name in reversed(near) if name), "")
 
+    def slowed_before(self, train: str, time_s: float, since_s: float) -> Sample | None:
+        """
+        Return the last sample in which a train was slow for something ahead.
+
+        Parameters
+        ----------
+        train
+            Its number.
+        time_s
+            Until then. [s]
+        since_s
+            Not before that. [s]
+
+        Returns
+        -------
+        Sample | None
+            None if it was not.
+        """
+        own = self.samples(train)
+        part = slice(*np.searchsorted(own["time_s"], (since_s, time_s), side="left").tolist())
+        slow = np.flatnonzero(own["cause"][part] != "")
+        if not slow.size:
+            return None
+        at = part.start + int(slow[-1])
+        return Sample(**{name: values[at] for name, values in own.items()})
+
     def bound_since_s(self, train: str, time_s: float) -> float:
         """
         Return since when a train was slow for what it is slow for, without a break.
@@ -299,6 +325,37 @@ class Seen:
             call["arrival_delay_s"],
             call["secondary_delay_s"],
         )
+
+    def next_ahead(self, train: str, time_s: float) -> tuple[str, float] | None:
+        """
+        Return which train is next ahead, on the tracks that a train takes.
+
+        Parameters
+        ----------
+        train
+            Its number.
+        time_s
+            The moment. [s]
+
+        Returns
+        -------
+        tuple[str, float] | None
+            Its number, and how far it is from front to front [m]; None for nobody.
+        """
+        here = self.sample(train, time_s)
+        if here is None:
+            return None
+        own = self.samples(train)
+        way, forward = set(own["track"]), own["front_m"][-1] >= own["front_m"][0]
+        nearest: tuple[str, float] | None = None
+        for other in self._part:
+            there = self.sample(other, time_s) if other != train else None
+            if there is None or there.track not in way:
+                continue
+            apart_m = (there.front_m - here.front_m) * (1.0 if forward else -1.0)
+            if apart_m > 0.0 and (nearest is None or apart_m < nearest[1]):
+                nearest = other, apart_m
+        return nearest
 
     def chain(self, train: str, time_s: float) -> list[CauseLink]:
         """

@@ -1,7 +1,7 @@
 """Frames with declared columns, and CSV files whose bytes can be reproduced."""
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -9,12 +9,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from kankaku.railway.arrays import FloatArray
 from kankaku.railway.step.records import Column
 
 DECIMALS: Mapping[str, int] = {"s": 3, "m": 3, "m/s": 3, "km/h": 3, "kWh": 6}
 """Decimals kept by unit; a frame holds exactly what its file shows."""
 DECIMALS_OTHERWISE = 6
 _FORMULA = ("=", "+", "-", "@", "'")
+_SHOWN = 60
+"""Characters of a wrong value that are shown. [-]"""
 
 
 def decimals(column: Column) -> int:
@@ -146,6 +149,81 @@ def json_text(values: Mapping[str, Any]) -> str:
     return json.dumps(dict(values), indent=2, ensure_ascii=False) + "\n"
 
 
+def written_columns(columns: Sequence[Column]) -> tuple[Column, ...]:
+    """
+    Return the columns of a file: the declared ones, and a clock for each time of day behind them.
+
+    Parameters
+    ----------
+    columns
+        Declared columns.
+
+    Returns
+    -------
+    tuple[Column, ...]
+        Of ``arrival_s`` the clock is ``arrival_clock``.
+    """
+    clocks = (
+        Column(_clock_name(column), "str", "", f"{column.name} as hh:mm:ss, to the nearest second")
+        for column in columns
+        if column.clock
+    )
+    return (*columns, *clocks)
+
+
+def _clock_name(column: Column) -> str:
+    return f"{column.name.removesuffix('_s')}_clock"
+
+
+def with_clocks(frame: pd.DataFrame, columns: Sequence[Column]) -> pd.DataFrame:
+    """
+    Return a frame with a clock for each of its times of day.
+
+    Parameters
+    ----------
+    frame
+        A frame of the declared columns.
+    columns
+        Declared columns.
+
+    Returns
+    -------
+    pd.DataFrame
+        Columns :func:`written_columns`; hours go on after 24, and no time has an empty clock.
+    """
+    clocks = {
+        _clock_name(column): pd.Series(
+            clock_texts(frame[column.name].to_numpy()), index=frame.index, dtype="str"
+        )
+        for column in columns
+        if column.clock
+    }
+    return frame.assign(**clocks) if clocks else frame
+
+
+def clock_texts(times_s: FloatArray) -> list[str]:
+    """
+    Return times of day as a clock shows them.
+
+    Parameters
+    ----------
+    times_s
+        Seconds after midnight; not a number where there is none. [s], shape (n,)
+
+    Returns
+    -------
+    list[str]
+        ``hh:mm:ss``, hours from 24 on after midnight; empty where there is none.
+    """
+    known = np.isfinite(times_s)
+    # Half a second rounds up, so that no two seconds of a run have one clock.
+    whole = np.floor(np.where(known, times_s, 0.0) + 0.5).astype(np.int64)
+    return [
+        f"{second // 3600:02d}:{second // 60 % 60:02d}:{second % 60:02d}" if is_known else ""
+        for second, is_known in zip(whole.tolist(), known.tolist(), strict=True)
+    ]
+
+
 def csv_text(frame: pd.DataFrame, columns: Sequence[Column]) -> str:
     r"""
     Return a frame as CSV with fixed decimals, no index and ``\n`` at line ends.
@@ -163,9 +241,10 @@ def csv_text(frame: pd.DataFrame, columns: Sequence[Column]) -> str:
     Returns
     -------
     str
-        The text of the file.
+        The text of the file, with the columns :func:`written_columns`.
     """
-    texts = {column.name: _texts(frame[column.name], column) for column in columns}
+    shown = with_clocks(frame, columns)
+    texts = {c.name: _texts(shown[c.name], c) for c in written_columns(columns)}
     return pd.DataFrame(texts, dtype="str").to_csv(index=False, lineterminator="\n")
 
 
@@ -194,22 +273,62 @@ def read_csv(file: Path, columns: Sequence[Column]) -> pd.DataFrame:
         msg = f"{file}: is no file"
         raise ValueError(msg)
     names = [column.name for column in columns]
-    found = list(pd.read_csv(file, nrows=0).columns)
-    if found != names:
+    try:
+        texts = pd.read_csv(file, dtype="str", keep_default_na=False)
+    except ValueError as error:
+        # Neither who reads tables nor who decodes texts names the file.
+        msg = f"{file}: is no CSV file in UTF-8: {' '.join(str(error).split())}"
+        raise ValueError(msg) from error
+    found = list(texts.columns)
+    # What earlier versions wrote has no clocks, which nobody needs to read back.
+    if found not in (names, [column.name for column in written_columns(columns)]):
         msg = f"{file}: columns are {', '.join(found)}; expected {', '.join(names)}"
         raise ValueError(msg)
-    texts = pd.read_csv(file, dtype="str", keep_default_na=False)
-    return typed_frame({c.name: _values(texts[c.name].tolist(), c) for c in columns}, columns)
+    values = {}
+    for column in columns:
+        read = _READERS[column.dtype]
+        own = texts[column.name].tolist()
+        try:
+            values[column.name] = [read(text) for text in own]
+        except ValueError as error:
+            row = next(row for row, text in enumerate(own) if not _can(read, text))
+            msg = (
+                f"{file}: row {row + 2}, column {column.name}: {own[row][:_SHOWN]!r} is no "
+                f"{_KINDS[column.dtype]}"
+            )
+            raise ValueError(msg) from error
+    return typed_frame(values, columns)
 
 
-def _values(texts: Sequence[str], column: Column) -> Sequence[object]:
-    if column.dtype == "float64":
-        return [float(text) if text else np.nan for text in texts]
-    if column.dtype == "int64":
-        return [int(text) for text in texts]
-    if column.dtype == "bool":
-        return [text == "True" for text in texts]
-    return [_unguarded(text) for text in texts]
+def _can(read: Callable[[str], object], text: str) -> bool:
+    with suppress(ValueError):
+        read(text)
+        return True
+    return False
+
+
+def _truth(text: str) -> bool:
+    if text not in {"True", "False"}:
+        raise ValueError(text)
+    return text == "True"
+
+
+def _real(text: str) -> float:
+    return float(text) if text else np.nan
+
+
+_READERS: Mapping[str, Callable[[str], object]] = {
+    "float64": _real,
+    "int64": int,
+    "bool": _truth,
+    "str": _unguarded,
+}
+_KINDS: Mapping[str, str] = {
+    "float64": "number",
+    "int64": "whole number",
+    "bool": "True or False",
+    "str": "text",
+}
 
 
 def write_whole(file: Path, content: str | bytes) -> None:

@@ -48,7 +48,7 @@ DELAY_EDGES = (
     Column("by", "str", "", "train or place that was ahead and handed it on"),
     Column("train", "str", "", "train that lost time"),
     Column("station", "str", "", "where it arrived after it had lost it"),
-    Column("time_s", "float64", "s", "when, seconds after midnight"),
+    Column("time_s", "float64", "s", "when, seconds after midnight", clock=True),
     Column("lost_s", "float64", "s", "growth of its secondary delay"),
 )
 

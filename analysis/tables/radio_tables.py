@@ -25,7 +25,7 @@ UTILISATION = (
     Column("system", "str", "", "radio system"),
     Column("link", "str", "", "kind of link"),
     Column("cell", "int64", "", "number of the cell from 0; -1 for a link without one"),
-    Column("time_s", "float64", "s", "beginning of the second, seconds after midnight"),
+    Column("time_s", "float64", "s", "beginning of the second, seconds after midnight", clock=True),
     Column("utilisation_percent", "float64", "%", "share of that second in which it is busy"),
 )
 ROUND_TRIPS = (

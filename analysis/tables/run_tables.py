@@ -10,7 +10,14 @@ import numpy as np
 import pandas as pd
 
 from kankaku.analysis.tables import delay
-from kankaku.analysis.tables.columns import csv_text, read_csv, rows_frame, typed_frame, write_whole
+from kankaku.analysis.tables.columns import (
+    csv_text,
+    read_csv,
+    rows_frame,
+    typed_frame,
+    with_clocks,
+    write_whole,
+)
 from kankaku.analysis.tables.energy import energy_frame
 from kankaku.analysis.tables.interstation import stops_frame
 from kankaku.analysis.tables.remaining_stops import remaining_stops_frame
@@ -272,7 +279,9 @@ def write_run(tables: RunTables, folder: Path) -> None:
         file = partial / table_file(name)
         if file.suffix == ".parquet":
             buffer = io.BytesIO()
-            frame.to_parquet(buffer, engine="pyarrow", compression="zstd", index=False)
+            # Thousands of times, each of them for every train: kept once.
+            shown = with_clocks(frame, TRAJECTORY).astype({"time_clock": "category"})
+            shown.to_parquet(buffer, engine="pyarrow", compression="zstd", index=False)
             write_whole(file, buffer.getvalue())
         else:
             write_whole(file, csv_text(frame, RAW_TABLES[name]))
@@ -321,7 +330,9 @@ def read_run(
         if file.exists() and not file.is_file():
             msg = f"{file}: is no file"
             raise ValueError(msg)
-        samples = pd.read_parquet(file, engine="pyarrow")
+        samples = pd.read_parquet(file, engine="pyarrow").drop(
+            columns="time_clock", errors="ignore"
+        )
     else:
         samples = rows_frame([], TRAJECTORY)
     return RunTables(

@@ -22,12 +22,14 @@ from kankaku.asking import (
     YEARS,
     Check,
 )
-from kankaku.commands import study_options
+from kankaku.commands import results_commands, study_options
 from kankaku.commands.shared_options import (
     OUT,
     PROCESSORS,
     Engine,
+    Format,
     Formats,
+    Formatted,
     Fresh,
     Jobs,
     MayBeNamed,
@@ -123,6 +125,7 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
     fresh: Fresh = False,
     engine: Engine = EVERY_STEP,
     image: Formats = None,
+    form: Formatted = Format.TABLE,
     gui: Annotated[bool, typer.Option("--gui", help="Show the runs in sumo-gui.")] = False,
     opened: Opened = None,
     list_controllers: Annotated[
@@ -154,7 +157,7 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
         "engine": engine,
         "formats": image or (),
     }
-    _end(run_shown.compare(scenario, out, choices, opened))
+    _end(run_shown.compare(scenario, out, choices, form, opened))
 
 
 @app.command("across")
@@ -373,3 +376,6 @@ def check_controller(
     from kankaku.commands.check_shown import judge
 
     _end(judge(name))
+
+
+results_commands.add_commands(app)

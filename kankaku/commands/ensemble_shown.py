@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.markup import escape
 
-from kankaku.analysis.publish.results_folder import FORMATS
+from kankaku.analysis.publish.results_folder import EVERY_FORMAT, FORMATS
 from kankaku.analysis.tables.across_tables import across_frame
 from kankaku.analysis.tables.indicators import COMPARED
 from kankaku.analysis.texts.across_texts import across_lines, across_note
@@ -133,7 +133,7 @@ def drawing_of(indicators: Sequence[str], formats: Sequence[str]) -> Drawing:
     """
     for option, names, known in (
         ("--indicator", indicators, tuple(COMPARED)),
-        ("--format", formats, FORMATS),
+        ("--figures", formats, EVERY_FORMAT),
     ):
         for name in names:
             if name not in known:

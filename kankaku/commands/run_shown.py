@@ -9,13 +9,12 @@ from rich.progress import ProgressColumn, Task, TaskID
 from rich.text import Text
 
 from kankaku.analysis.page.html import PAGE
-from kankaku.analysis.tables.compare import comparison
-from kankaku.analysis.texts.comparison_texts import comparison_note, comparison_texts
+from kankaku.analysis.tables.sweep import SWEEP
 from kankaku.analysis.texts.report import unfinished_heading
 from kankaku.analysis.texts.sweep_texts import sweep_texts
+from kankaku.commands.comparison_shown import show_comparison
 from kankaku.commands.page_shown import open_page
 from kankaku.commands.screen import (
-    SIDE_BY_SIDE,
     Log,
     answers,
     bars,
@@ -27,16 +26,21 @@ from kankaku.commands.screen import (
     refusals,
     show_doubts,
     show_group,
-    show_side_by_side,
     show_table,
 )
+from kankaku.commands.shared_options import Format
+from kankaku.commands.told_tables import tell_frame
 from kankaku.controllers.choosing import foretold
 from kankaku.studies import study
 from kankaku.studies.outcomes import Go, Hearers
 
 
 def compare(
-    scenario: Path | None, out: Path, choices: Mapping[str, Any], opened: bool | None = None
+    scenario: Path | None,
+    out: Path,
+    choices: Mapping[str, Any],
+    form: Format = Format.TABLE,
+    opened: bool | None = None,
 ) -> int:
     """
     Run controllers of a scenario and compare them.
@@ -49,6 +53,8 @@ def compare(
         Folder that will hold the results folder.
     choices
         As of :func:`kankaku.studies.study.choose`.
+    form
+        How the comparison is written.
     opened
         Open the page; if None, where there is a desktop.
 
@@ -64,7 +70,7 @@ def compare(
         show_doubts(chosen)
         with study.ready(chosen, out) as go:
             result = run_shown(chosen, go)
-    status = report(result, chosen)
+    status = report(result, chosen, form)
     open_page(result.folder / PAGE, wanted=opened)
     return status
 
@@ -134,7 +140,7 @@ def _say(sentence: str) -> None:
     console.print(escape(sentence), soft_wrap=True, highlight=False)
 
 
-def report(result: study.StudyResult, chosen: study.Study) -> int:
+def report(result: study.StudyResult, chosen: study.Study, form: Format = Format.TABLE) -> int:
     """
     Show what a study found: the comparison, and each kind of trouble under its own heading.
 
@@ -144,6 +150,8 @@ def report(result: study.StudyResult, chosen: study.Study) -> int:
         What is finished.
     chosen
         What was to be run.
+    form
+        How the comparison is written.
 
     Returns
     -------
@@ -152,18 +160,19 @@ def report(result: study.StudyResult, chosen: study.Study) -> int:
     """
     if result.summary is not None:
         if result.sweep:
-            header, rows = sweep_texts(result.sweep.indicators)
-            show_table(header, *rows)
-            if result.sweep.published:
+            swept = result.sweep.indicators
+            if form is Format.TABLE:
+                header, rows = sweep_texts(swept)
+                show_table(header, *rows)
+            else:
+                tell_frame(swept, SWEEP, form)
+            if result.sweep.published and form is Format.TABLE:
                 source = escape(result.sweep.published.source)
                 answers.print(f"Published: {source}", soft_wrap=True)
         else:
-            compared = comparison(result.summary)
-            header, rows = comparison_texts(compared, foretold(chosen.specs))
-            if header[2:]:
-                answers.print(escape(comparison_note(compared)), soft_wrap=True)
-            show_side_by_side(header, rows, kept=2, shown=SIDE_BY_SIDE - 1)
-        answers.print(f"Results: {result.folder}", soft_wrap=True, markup=False)
+            show_comparison(result.summary, foretold(chosen.specs), form, result.folder)
+        if form is Format.TABLE:
+            answers.print(f"Results: {result.folder}", soft_wrap=True, markup=False)
     show_troubles(result, chosen)
     if result.interrupted:
         tell_interrupted(kept=bool(result.outcomes), fresh=chosen.fresh)

@@ -2,6 +2,7 @@
 
 import os
 import platform
+from enum import StrEnum
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, TypeAlias
@@ -75,7 +76,7 @@ Engine: TypeAlias = Annotated[
 Formats: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
-        "--format",
+        "--figures",
         help="Format of figures, or none; repeat for several.",
         show_default="png and svg",
     ),
@@ -94,6 +95,19 @@ Opened: TypeAlias = Annotated[
 ]
 Fresh: TypeAlias = Annotated[
     bool, typer.Option("--fresh", help="Start anew instead of continuing earlier runs.")
+]
+
+
+class Format(StrEnum):
+    """How a command writes its tables."""
+
+    TABLE = "table"
+    CSV = "csv"
+    JSON = "json"
+
+
+Formatted: TypeAlias = Annotated[
+    Format, typer.Option("--format", help="Tables for people, or for other programs.")
 ]
 
 

@@ -52,7 +52,7 @@ Drawn: TypeAlias = Annotated[
 ]
 Images: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option("--format", help="Format of figures; repeat.", show_default="png and svg"),
+    typer.Option("--figures", help="Format of figures; repeat.", show_default="png and svg"),
 ]
 Whole: TypeAlias = Annotated[
     Path, typer.Argument(metavar="OUT", show_default=False, help="Results folder of the whole.")

@@ -65,7 +65,7 @@ def formats_of(asked: Sequence[str]) -> tuple[str, ...]:
     for name in asked:
         if name not in FORMATS:
             allowed = suggesting(name, FORMATS, ", ".join((*FORMATS, f"or {NO_FIGURES} alone")))
-            msg = f"--format: {name!r}; allowed: {allowed}"
+            msg = f"--figures: {name!r}; allowed: {allowed}"
             raise StudyError(msg)
     return tuple(dict.fromkeys(asked)) or FORMATS
 

@@ -19,6 +19,8 @@ class Column(NamedTuple):
     dtype: str
     unit: str
     meaning: str
+    clock: bool = False
+    """A time of day: files show it as a clock does, too."""
 
 
 CALLS = (
@@ -27,10 +29,20 @@ CALLS = (
     Column("station", "str", "", "station identifier"),
     Column("track", "str", "", "platform track"),
     Column("stop_m", "float64", "m", "chainage of the stop position"),
-    Column("booked_arrival_s", "float64", "s", "booked arrival, seconds after midnight"),
-    Column("booked_departure_s", "float64", "s", "booked departure, seconds after midnight"),
-    Column("arrival_s", "float64", "s", "actual arrival; empty if never reached"),
-    Column("departure_s", "float64", "s", "actual departure (first movement); empty if never"),
+    Column(
+        "booked_arrival_s", "float64", "s", "booked arrival, seconds after midnight", clock=True
+    ),
+    Column(
+        "booked_departure_s", "float64", "s", "booked departure, seconds after midnight", clock=True
+    ),
+    Column("arrival_s", "float64", "s", "actual arrival; empty if never reached", clock=True),
+    Column(
+        "departure_s",
+        "float64",
+        "s",
+        "actual departure (first movement); empty if never",
+        clock=True,
+    ),
     Column(
         "arrival_delay_s",
         "float64",
@@ -46,12 +58,19 @@ CALLS = (
     Column("minimum_dwell_s", "float64", "s", "minimum dwell"),
     Column("dwell_delay_s", "float64", "s", "injected dwell beyond the minimum"),
     Column("primary_delay_s", "float64", "s", "injected dwell beyond the booked slack"),
-    Column("unhindered_arrival_s", "float64", "s", "arrival were no other train on the line"),
+    Column(
+        "unhindered_arrival_s",
+        "float64",
+        "s",
+        "arrival were no other train on the line",
+        clock=True,
+    ),
     Column(
         "arrival_bound_s",
         "float64",
         "s",
         "no control over this protection arrives sooner; order and driving as they were",
+        clock=True,
     ),
     Column(
         "secondary_delay_s",
@@ -75,7 +94,7 @@ CALLS = (
     ),
 )
 TRAJECTORY = (
-    Column("time_s", "float64", "s", "seconds after midnight"),
+    Column("time_s", "float64", "s", "seconds after midnight", clock=True),
     Column("train", "str", "", "train number"),
     Column("front_m", "float64", "m", "chainage of the front"),
     Column("speed_mps", "float64", "m/s", "speed"),
@@ -99,7 +118,13 @@ TRAJECTORY = (
 )
 INTERSTATION_STOPS = (
     Column("train", "str", "", "train number"),
-    Column("start_s", "float64", "s", "when the train came to a stand, seconds after midnight"),
+    Column(
+        "start_s",
+        "float64",
+        "s",
+        "when the train came to a stand, seconds after midnight",
+        clock=True,
+    ),
     Column("duration_s", "float64", "s", "how long it stood"),
     Column("front_m", "float64", "m", "chainage of the front"),
     Column("next_station", "str", "", "station it was running to"),
@@ -127,9 +152,16 @@ REMAINING_STOPS = (
         "float64",
         "s",
         "from when on the first cause, booked and ready, would have left",
+        clock=True,
     ),
-    Column("departed_s", "float64", "s", "when the train had left its last stop"),
-    Column("slowed_s", "float64", "s", "when it was first slow on this leg for something ahead"),
+    Column("departed_s", "float64", "s", "when the train had left its last stop", clock=True),
+    Column(
+        "slowed_s",
+        "float64",
+        "s",
+        "when it was first slow on this leg for something ahead",
+        clock=True,
+    ),
     Column(
         "overstayed_at_departure_s",
         "float64",
@@ -158,7 +190,7 @@ ENERGY = (
     Column("completed", "bool", "", "left where its service ends"),
 )
 VIOLATIONS = (
-    Column("time_s", "float64", "s", "seconds after midnight"),
+    Column("time_s", "float64", "s", "seconds after midnight", clock=True),
     Column("train", "str", "", "train number"),
     Column(
         "kind",
@@ -188,9 +220,15 @@ OBSTRUCTIONS = (
     Column("tracks", "str", "", "tracks that it lies across, separated by blanks"),
     Column("start_m", "float64", "m", "chainage that fronts must stop short of"),
     Column("end_m", "float64", "m", "chainage that tails must have passed"),
-    Column("requested_s", "float64", "s", "no train is let in any more that can stop short of it"),
-    Column("established_s", "float64", "s", "no train may enter; empty if never"),
-    Column("lifted_s", "float64", "s", "trains may enter again; empty if never"),
+    Column(
+        "requested_s",
+        "float64",
+        "s",
+        "no train is let in any more that can stop short of it",
+        clock=True,
+    ),
+    Column("established_s", "float64", "s", "no train may enter; empty if never", clock=True),
+    Column("lifted_s", "float64", "s", "trains may enter again; empty if never", clock=True),
 )
 RAW_TABLES: Mapping[str, tuple[Column, ...]] = {
     "calls": CALLS,

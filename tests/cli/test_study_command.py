@@ -18,7 +18,7 @@ from tests.cli.command import (
     two_controllers,
 )
 
-CHOSEN = ("--controllers", "plain,second", "--seeds", "2", "--format", "svg")
+CHOSEN = ("--controllers", "plain,second", "--seeds", "2", "--figures", "svg")
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_a_study_that_was_killed_or_cut_into_parts_gives_the_same_bytes(
         shard = ("--shard", f"{part.name}/2", "--jobs", "1", "--out", part)
         done = kankaku("study", folder, *CHOSEN, *shard)
         assert (done.status, done.answers) == (0, "")
-    assert kankaku("merge", merged, *parts, "--format", "svg").status == 0
+    assert kankaku("merge", merged, *parts, "--figures", "svg").status == 0
     assert contents(merged) == contents(killed)
 
 
@@ -57,7 +57,7 @@ def test_what_cannot_be_run_is_refused_on_one_screen(folder: Path, tmp_path: Pat
     study = ("study", folder, "--out", tmp_path / "out")
     assert "allowed: 3/20 for the third" in refused(*study, "--shard", "3")
     assert "is no indicator; allowed: " in refused(*study, "--until", "lateness ±2 %")
-    assert "allowed: png, svg" in refused(*study, "--format", "pdf")
+    assert "allowed: png, svg, pdf" in refused(*study, "--figures", "gif")
     assert "allowed: plain, second" in refused(*study, "--controllers", "plain,fast")
     assert "plan.json of a study" in refused("merge", tmp_path / "out", folder)
     assert not (tmp_path / "out").exists()

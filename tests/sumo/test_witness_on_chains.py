@@ -73,8 +73,10 @@ def test_a_planted_overlap_is_seen(engine: str) -> None:
 def test_a_wrong_place_ends_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     honest = WitnessEngine._move_in_sumo  # noqa: SLF001
 
-    def slipping(engine: WitnessEngine, gone_m: Any, speed_mps: Any) -> None:  # noqa: ANN401
-        honest(engine, 1.01 * gone_m, speed_mps)
+    def slipping(
+        engine: WitnessEngine, vehicles: list[str], gone_m: list[float], *speeds_mps: list[float]
+    ) -> None:
+        honest(engine, vehicles, gone_m, *([1.01 * mps for mps in told] for told in speeds_mps))
 
     monkeypatch.setattr(WitnessEngine, "_move_in_sumo", slipping)
     with pytest.raises(EngineDisagreementError, match="off its commands"):

@@ -166,9 +166,11 @@ def test_a_train_off_its_commands_stops_the_run(
         drive(scenario, engine, [2000.0], begin_s + 20.0)
         slipping = engine._move_in_sumo  # noqa: SLF001
         farther = 1.0 + AGREEMENT_M
-        monkeypatch.setattr(
-            engine, "_move_in_sumo", lambda gone_m, mps: slipping(farther * gone_m, mps)
-        )
+
+        def slip(vehicles: list[str], gone_m: list[float], *speeds_mps: list[float]) -> None:
+            slipping(vehicles, gone_m, *([farther * mps for mps in told] for told in speeds_mps))
+
+        monkeypatch.setattr(engine, "_move_in_sumo", slip)
         with pytest.raises(EngineDisagreementError, match=r"d01 is .* off its commands"):
             drive(scenario, engine, [2000.0], begin_s + 40.0)
 

@@ -183,7 +183,7 @@ def test_files_written_twice_are_equal_byte_by_byte(tmp_path: Path) -> None:
     for name in ("first", "second"):
         publish_all(tmp_path / name, runs)
     first = bytes_of(tmp_path / "first")
-    assert len(first) == 2 * len(RAW_TABLES) + 11
+    assert len(first) == 2 * len(RAW_TABLES) + 13
     assert first == bytes_of(tmp_path / "second")
     publish_all(tmp_path / "second", runs)
     assert first == bytes_of(tmp_path / "second")
@@ -193,7 +193,8 @@ def test_numbers_are_written_with_fixed_decimals_and_plain_line_ends(tmp_path: P
     write_run(example(), tmp_path / "run")
     stops = (tmp_path / "run" / "interstation_stops.csv").read_bytes()
     assert stops == (
-        b"train,start_s,duration_s,front_m,next_station\nT2,25400.000,30.000,900.000,mid\n"
+        b"train,start_s,duration_s,front_m,next_station,start_clock\n"
+        b"T2,25400.000,30.000,900.000,mid,07:03:20\n"
     )
     energy = (tmp_path / "run" / "energy.csv").read_text().splitlines()[1]
     assert energy.startswith("T1,3300.000,94.444444,")

@@ -132,7 +132,9 @@ def test_pace_tells_rate_and_remaining_time() -> None:
 
 def test_what_cannot_be_drawn_is_refused() -> None:
     assert drawing_of([], ["svg", "svg"]).formats == ("svg",)
-    with pytest.raises(EnsembleError, match=r"--format: there is no 'pdf'; allowed: png, svg"):
-        drawing_of([], ["pdf"])
+    with pytest.raises(
+        EnsembleError, match=r"--figures: there is no 'gif'; allowed: png, svg, pdf"
+    ):
+        drawing_of([], ["gif"])
     with pytest.raises(EnsembleError, match=f"did you mean that.*{STOPS}"):
         drawing_of(["interstation_stop_time"], [])

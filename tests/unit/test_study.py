@@ -269,5 +269,5 @@ def test_formats_of_figures(asked: tuple[str, ...], formats: tuple[str, ...]) ->
 
 @pytest.mark.parametrize("asked", [("pdf",), ("png", "none")])
 def test_other_formats_are_refused(asked: tuple[str, ...]) -> None:
-    with pytest.raises(StudyError, match=rf"--format: '{asked[-1]}'; allowed: .*png, svg"):
+    with pytest.raises(StudyError, match=rf"--figures: '{asked[-1]}'; allowed: .*png, svg"):
         formats_of(asked)
