@@ -83,8 +83,9 @@ def test_the_screen_compares_the_controllers_and_names_the_folder(
 
 
 def test_a_log_file_gets_a_line_for_each_run_and_no_bar(screen: Screen) -> None:
-    lines = screen.complaints.splitlines()
-    assert [line.rpartition(",")[0] for line in lines] == [
+    lines = [line.rpartition(",")[0] for line in screen.complaints.splitlines()]
+    # A busy machine takes longer than the ten seconds after which a line tells of a run's share.
+    assert [line for line in lines if not line.endswith(" %")] == [
         "plain (seed 7): finished, 1 of 2",
         "second (seed 7): finished, 2 of 2",
     ]
