@@ -68,7 +68,7 @@ function intervals(result, rows) {
     "div",
     {},
     el("h3", {}, word("intervals_by_delay")),
-    svg("svg", { viewBox: `0 0 ${width} ${height}`, class: "chart wide", role: "img", "aria-label": word("intervals_by_delay") }, drawn),
+    svg("svg", { viewBox: `0 0 ${width} ${height}`, class: "chart", role: "img", "aria-label": word("intervals_by_delay") }, drawn),
     el("ul", { class: "legend" }, result.controllers.map(({ name }, index) => el("li", {}, el("span", { class: "swatch", style: { background: pen(index).colour } }), name.replaceAll("_", " ")))),
   );
 }
