@@ -137,6 +137,18 @@ def _keep(
         kept.eoa_m[at, row], kept.delay_s[at, row] = ends[0][row], ends[1][row]
 
 
+@formula
+def _sample(
+    sampling: Sampling, at: int, watched: Watched, layers: tuple[Plain, Plain, IntArray]
+) -> None:
+    """Keep why trains are as fast as they are."""
+    authority, advice, bound = layers
+    why = bound, (authority[3], authority[4]), (advice[1], advice[2])
+    explain(watched.running, watched.rows, why, REASON_OF_BOUND, sampling.found[at])
+    for row in watched.rows:
+        sampling.asked[at, 0, row], sampling.asked[at, 1, row] = advice[1][row], bound[row]
+
+
 @cache
 def steps_of(
     protect: Callable[..., Any], advise: Callable[..., Any], command: Callable[..., Any]
@@ -194,13 +206,7 @@ def steps_of(
             places = front_m, speed_mps, watched.rows
             _keep(kept, kept.at + step, places, (authority[0], authority[2]))
             if until_sample == 0:
-                why = told[1], (authority[3], authority[4]), (advice[1], advice[2])
-                explain(
-                    watched.running, watched.rows, why, REASON_OF_BOUND, sampling.found[samples]
-                )
-                for row in watched.rows:
-                    sampling.asked[samples, 0, row] = advice[1][row]
-                    sampling.asked[samples, 1, row] = told[1][row]
+                _sample(sampling, samples, watched, (authority, advice, told[1]))
                 samples, until_sample = samples + 1, sampling.every
             until_sample -= 1
             _move(span, watched, (front_m, tail_m, speed_mps), told[0], told_mps[step])
