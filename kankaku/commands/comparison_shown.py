@@ -42,7 +42,11 @@ LEAST_WITH_CHANGES = 3
 
 
 def show_comparison(
-    summary: pd.DataFrame, knows_future: Collection[str], form: Format, folder: Path
+    summary: pd.DataFrame,
+    knows_future: Collection[str],
+    peers: Collection[str],
+    form: Format,
+    folder: Path,
 ) -> None:
     """
     Show how controllers compare.
@@ -53,14 +57,17 @@ def show_comparison(
         The table ``summary``.
     knows_future
         Controllers that are told the drawn dwell delays.
+    peers
+        Controllers under which another program drives the trains: they compete for nothing, too.
     form
         For people, or for other programs.
     folder
         Results folder.
     """
     compared = comparison(summary)
-    rows = marked(compared, competing_controllers(summary, knows_future))
-    found = verdict(summary, knows_future)
+    aside = {*knows_future, *peers}
+    rows = marked(compared, competing_controllers(summary, aside))
+    found = verdict(summary, aside)
     if form is Format.CSV:
         columns = {column.name: [row[column.name] for row in rows] for column in MARKED}
         echo(csv_text(typed_frame(columns, MARKED), MARKED))

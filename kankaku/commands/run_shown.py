@@ -170,7 +170,8 @@ def report(result: study.StudyResult, chosen: study.Study, form: Format = Format
                 source = escape(result.sweep.published.source)
                 answers.print(f"Published: {source}", soft_wrap=True)
         else:
-            show_comparison(result.summary, foretold(chosen.specs), form, result.folder)
+            peers = [spec.name for spec in chosen.specs if spec.peer]
+            show_comparison(result.summary, foretold(chosen.specs), peers, form, result.folder)
         if form is Format.TABLE:
             answers.print(f"Results: {result.folder}", soft_wrap=True, markup=False)
     show_troubles(result, chosen)

@@ -81,7 +81,8 @@ def show_results(
         if table == COMPARISON_TABLE:
             names = chosen["controllers"] or results.controllers
             summary = results.summary[results.summary["controller"].isin(names)]
-            show_comparison(summary, _foretold(results), form, results.folder)
+            told = _foretold(results), _peers(results)
+            show_comparison(summary, *told, form, results.folder)
             return 0
         frame, columns = _table(results, table)
         if "train" in frame and chosen["trains"]:
@@ -96,13 +97,16 @@ def show_results(
     return 0
 
 
-def _foretold(results: Results) -> list[str]:
-    """Return who is told the drawn dwell delays, as far as the results say what they ran."""
+def _layers(results: Results) -> dict[str, dict[str, object]]:
+    """Return what controllers are made of, as far as the results say what they ran."""
     known = results.provenance.get("controllers", {})
-    operations = {
-        str(name): one.get("operation") if isinstance(one, dict) else None
-        for name, one in (known.items() if isinstance(known, dict) else ())
-    }
+    named = known.items() if isinstance(known, dict) else ()
+    return {str(name): one for name, one in named if isinstance(one, dict)}
+
+
+def _foretold(results: Results) -> list[str]:
+    """Return who is told the drawn dwell delays."""
+    operations = {name: one.get("operation") for name, one in _layers(results).items()}
     return [
         name
         for name, operation in operations.items()
@@ -110,6 +114,11 @@ def _foretold(results: Results) -> list[str]:
         and operation in OPERATIONS
         and OPERATIONS[operation].knows_future
     ]
+
+
+def _peers(results: Results) -> list[str]:
+    """Return under whom another program drives the trains."""
+    return [name for name, one in _layers(results).items() if "peer" in one]
 
 
 def _table(results: Results, table: str) -> tuple[pd.DataFrame, tuple[Column, ...]]:
