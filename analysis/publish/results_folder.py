@@ -40,12 +40,10 @@ def image_names(figures: Iterable[str], formats: Sequence[str]) -> list[str]:
     Returns
     -------
     list[str]
-        One file for each figure; none without formats.
+        One file for each figure; none without formats that a text can show.
     """
-    if not formats:
-        return []
-    shown = FORMATS[0] if FORMATS[0] in formats else formats[0]
-    return [f"{figure}.{shown}" for figure in figures]
+    shown = next((kind for kind in FORMATS if kind in formats), None)
+    return [f"{figure}.{shown}" for figure in figures] if shown else []
 
 
 def _images(figures: Iterable[str], formats: Sequence[str] = EVERY_FORMAT) -> set[str]:

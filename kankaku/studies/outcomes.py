@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 
 import pandas as pd
 
-from kankaku.analysis.publish.results_folder import FORMATS
+from kankaku.analysis.publish.results_folder import EVERY_FORMAT, FORMATS
 from kankaku.analysis.tables.sweep import SweepTables
 from kankaku.railway.errors import KankakuError, suggesting
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
@@ -63,8 +63,10 @@ def formats_of(asked: Sequence[str]) -> tuple[str, ...]:
     if tuple(asked) == (NO_FIGURES,):
         return ()
     for name in asked:
-        if name not in FORMATS:
-            allowed = suggesting(name, FORMATS, ", ".join((*FORMATS, f"or {NO_FIGURES} alone")))
+        if name not in EVERY_FORMAT:
+            allowed = suggesting(
+                name, EVERY_FORMAT, ", ".join((*EVERY_FORMAT, f"or {NO_FIGURES} alone"))
+            )
             msg = f"--figures: {name!r}; allowed: {allowed}"
             raise StudyError(msg)
     return tuple(dict.fromkeys(asked)) or FORMATS

@@ -345,3 +345,17 @@ def test_names_of_strangers_neither_colour_nor_script_nor_clear(
         assert len(told.complaints.splitlines()) <= SCREEN_LINES
     assert "<script" not in (tmp_path / "figure.svg").read_text("utf-8")
     assert "\x1b" not in (tmp_path / "figure.svg").read_text("utf-8")
+
+
+def test_whom_another_program_drives_or_who_knows_the_future_is_no_best(
+    queue: Path, tmp_path: Path
+) -> None:
+    best = kankaku("show", queue).answers.split()[0]
+    folder = tmp_path / "aside"
+    shutil.copytree(queue, folder)
+    for layers in ({"peer": "sumo_native_fixed"}, {"operation": "clairvoyant"}):
+        told = {"controllers": {best: layers}}
+        (folder / "provenance.json").write_text(json.dumps(told), "utf-8")
+        rows = json.loads(kankaku("show", folder, "--format", "json").answers)["comparison"]
+        assert not any(row["best"] for row in rows if row["controller"] == best)
+        assert any(row["best"] for row in rows if row["controller"] != best)
