@@ -23,6 +23,7 @@ from kankaku.railway.safety.rules import (
     BAND,
     BRAKING,
     GRANT,
+    HANDLING_MPS2,
     IDLE,
     KINDS,
     LIMIT,
@@ -98,7 +99,7 @@ class Looked(NamedTuple):
     """Mean height under it. [m]"""
 
 
-BEFORE, MIDDLE, BEHIND, BEYOND, AFTER, AHEAD, EOA, REAR, NEED, IDLED, NEXT_EOA = range(11)
+BEFORE, MIDDLE, BEHIND, BEYOND, AFTER, EOA, REAR, AHEAD, IDLED, NEXT_EOA = range(10)
 """Places: gradients are looked up at those up to AFTER, heights at those from there on."""
 
 
@@ -156,7 +157,7 @@ def _examine(
         train = data_of(survey.fleet, row)
         lie = lie_of(survey.ground, row, survey.fleet.length_m[row])
         for place in range(places.size):
-            near[place, 0] = near[place, 1] = lie.knots[0]
+            places[place], near[place, 0], near[place, 1] = np.nan, lie.knots[0], lie.knots[0]
         for step in range(steps.present.shape[1]):
             if not steps.present[column, step]:
                 continue
@@ -178,6 +179,9 @@ def _examine(
                 # Who brakes harder than in emergency is named once.
                 if terms.promised and not excess[ACCELERATION] > ACCELERATION_TOLERANCE_MPS2:
                     _handling(survey.pull, terms, (train, row), now, looked, excess)
+                    hard = excess[BRAKING] > HANDLING_MPS2
+                    if hard and _needs(survey.ground.heights, lie, train, now, looked):
+                        excess[BRAKING] = -np.inf
             _judge(terms.tolerances, excess, column, step, found)
 
 
@@ -262,23 +266,25 @@ def _look(
 ) -> None:
     """Look at the line under the train where it is, was, or may come to be."""
     terms, now, next_rear_m = about
-    front_m, last = looked.front_m, REAR
+    front_m, first, last = looked.front_m, BEFORE, REAR
+    if front_m[AFTER] == now.before_m:
+        # This place was looked at a step ago.
+        looked.slope[BEFORE], first = looked.slope[AFTER], MIDDLE
     front_m[BEFORE] = now.before_m
     front_m[MIDDLE] = 0.5 * (now.before_m + now.after_m)
     front_m[BEHIND] = now.before_m - NEAR_M
     front_m[BEYOND] = now.after_m + NEAR_M
     front_m[AFTER] = now.after_m
-    front_m[AHEAD] = now.after_m + now.after_mps * now.delay_s
     front_m[EOA] = now.eoa_m
     front_m[REAR] = next_rear_m
-    if terms.promised:
-        last = NEED
-        front_m[NEED] = now.before_m + now.before_mps * now.delay_s
+    front_m[AHEAD] = now.after_m + now.after_mps * now.delay_s
+    if front_m[AHEAD] != now.after_m:
+        last = AHEAD
     if terms.idle_time_s > 0.0:
         last = NEXT_EOA
         front_m[IDLED] = now.after_m + terms.idle_time_s * now.after_mps
         front_m[NEXT_EOA] = now.next_eoa_m
-    for place in range(last + 1):
+    for place in range(first, last + 1):
         near = looked.near[place, 0], looked.near[place, 1]
         at = under(heights, lie, front_m[place], near)
         looked.near[place, 0], looked.near[place, 1] = at.knots
@@ -286,6 +292,17 @@ def _look(
             looked.slope[place] = slope(heights, lie, at)
         if place >= AFTER:
             looked.height_m[place] = mean_height_m(heights, lie, at)
+    if last < AHEAD:
+        looked.height_m[AHEAD] = looked.height_m[AFTER]
+
+
+@formula
+def _needs(heights: Heights, lie: Lie, train: TrainData, now: TrainStep, looked: Looked) -> bool:
+    """Tell whether a train needs more than its service brake."""
+    front_m = now.before_m + now.before_mps * now.delay_s
+    near = looked.near[BEFORE, 0], looked.near[BEFORE, 1]
+    here_m = mean_height_m(heights, lie, under(heights, lie, front_m, near))
+    return in_need(train, now, looked.height_m[EOA] - here_m)
 
 
 @formula
@@ -345,8 +362,7 @@ def _handling(
     most = greater(looked.slope[BEHIND], looked.slope[BEYOND])
     faster_mps = greater(now.before_mps, now.after_mps)
     service_mps2 = strongest_mps2(pull, train, train.service_mps2, most, faster_mps)
-    needs = in_need(train, now, height_m[EOA] - height_m[NEED])
-    excess[BRAKING] = braking_mps2(now, service_mps2, needs)
+    excess[BRAKING] = braking_mps2(now, service_mps2)
     if terms.validity_s < np.inf:
         since_s = now.time_s - terms.validity_s - ROUNDING_S - now.heard_s
         excess[VALIDITY] = validity_mps2(train, now, since_s, least)

@@ -29,7 +29,7 @@ class Ground(NamedTuple):
 
     heights: Heights
     limits: FloatArray
-    """Start and end [m], and limit [m/s]. shape (n_limits, 3)"""
+    """Start and end [m], and limit [m/s]; of each lie by their starts. shape (n_limits, 3)"""
     knot_ends: IntArray
     """First and last knot of each lie. shape (n_lies, 2)"""
     limit_ends: IntArray
@@ -85,7 +85,7 @@ def ground_of(world: World) -> Ground:
             known[way] = len(ways)
             ways.append(falling)
             polygons.append(heights_of(replace(world.line, gradients=gradients)))
-            limits.append([(one.start_m, one.end_m, one.limit_mps) for one in kept])
+            limits.append(sorted((one.start_m, one.end_m, one.limit_mps) for one in kept))
         lie_of.append(known[way])
     knots = np.cumsum([0, *(polygon.knots_m.size for polygon in polygons)])
     limited = np.cumsum([0, *map(len, limits)])
@@ -144,6 +144,8 @@ def lowest_limit_mps(limits: FloatArray, lie: Lie, front_m: float, maximum_mps: 
     upper_m = lie.turned_m - front_m + lie.length_m if lie.falling else front_m
     lower_m, lowest_mps = upper_m - lie.length_m, maximum_mps
     for one in range(lie.limits[0], lie.limits[1]):
+        if limits[one, 0] >= upper_m:
+            break
         if upper_m > limits[one, 0] and lower_m < limits[one, 1]:
             lowest_mps = lesser(lowest_mps, limits[one, 2])
     return lowest_mps

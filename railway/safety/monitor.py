@@ -26,7 +26,7 @@ from kankaku.railway.safety.proofs import Proofs
 from kankaku.railway.safety.rules import AUTHORITY, KINDS
 from kankaku.railway.safety.survey import stands_m, survey_of
 from kankaku.railway.safety.terms import terms_of
-from kankaku.railway.safety.train_steps import TrainSteps, by_train
+from kankaku.railway.safety.train_steps import Moves, TrainSteps, by_train, moves_of
 from kankaku.railway.step.control import Separation, exclusive_pieces
 from kankaku.railway.step.obstructions import Obstruction
 from kankaku.railway.step.promises import Promises
@@ -87,12 +87,13 @@ class Monitor:
         """
         early = [*self._proofs.early(block), *self._movements.early(block)]
         steps = by_train(block)
-        clear = self._clear(block, steps)
+        moves = moves_of(steps, self._world.length_m[block.rows])
+        clear = self._clear(block, steps, moves)
         for kind, step, column, excess in breaches(
             self._survey, self._terms, steps, clear, self._closest
         ):
             self._extend(int(block.rows[column]), kind, float(block.time_s[step + 1]), excess)
-        for kind, judged, inside_m in self._inside_m(block, steps):
+        for kind, judged, inside_m in self._inside_m(block, steps, moves):
             # Not-a-number is inside of everything.
             deep: BoolArray = ~(inside_m <= 0.0)
             passed = judged & deep if deep.any() else deep
@@ -143,16 +144,16 @@ class Monitor:
         """
         return dict(zip(KINDS, self._closest.tolist(), strict=True))
 
-    def _clear(self, block: StepBlock, steps: TrainSteps) -> Clear:
+    def _clear(self, block: StepBlock, steps: TrainSteps, moves: Moves) -> Clear:
         """Return how far the way ahead of each train is clear."""
         rear_m = self._rear_m(steps)
-        next_rear_m = buffered_m = self._nearest_m(steps, rear_m)
+        next_rear_m = buffered_m = self._nearest_m(steps, moves, rear_m)
         held = self._permissions
         if held is None:
             return Clear(next_rear_m, buffered_m, NOTHING, NOTHING, NOTHING)
         if not self._buffers.none:
             rear_m -= self._buffers.rear_buffer_m(steps.front_m)
-            buffered_m = self._nearest_m(steps, rear_m)
+            buffered_m = self._nearest_m(steps, moves, rear_m)
         granted_m = held.granted_m(block, steps, self._proofs)
         unreleased_m = held.unreleased_m(steps)
         return Clear(
@@ -160,14 +161,14 @@ class Monitor:
         )
 
     def _inside_m(
-        self, block: StepBlock, steps: TrainSteps
+        self, block: StepBlock, steps: TrainSteps, moves: Moves
     ) -> Iterator[tuple[str, BoolArray, FloatArray]]:
         """Yield of whom it is judged, and how far fronts are in what they may not be in. [m]"""
         moving = block.moving
         if self._exclusive:
             yield "block", moving, self._inside_occupied_m(block)
         if self._fouling:
-            yield "fouling", moving, self._inside_fouling_m(block)
+            yield "fouling", moving, self._inside_fouling_m(block, moves)
         if self._world.line.network:
             for kind, inside_m in self._movements.inside_m(block):
                 yield kind, moving, inside_m
@@ -176,15 +177,17 @@ class Monitor:
             # Of trains that are held by a stop, too.
             yield "platform", block.present, self._permissions.in_platform_m(steps).T
 
-    def _inside_fouling_m(self, block: StepBlock) -> FloatArray:
+    def _inside_fouling_m(self, block: StepBlock, moves: Moves) -> FloatArray:
         """Return how far each front is in a fouling section that another track's train is in."""
         inside_m = np.zeros(block.front_m[1:].shape)
         front_m = block.front_m[1:]
         tail_m = front_m - self._world.length_m[block.rows]
         for turnout, track_of_row in self._fouling:
             ends_m = turnout.fouling_start_m, turnout.fouling_end_m
-            track = track_of_row[block.rows]
-            raise_to_depth(front_m, tail_m, block.present, track, ends_m, inside_m)
+            before, beyond = moves.outside(ends_m)
+            track = np.where(before | beyond, -1, track_of_row[block.rows])
+            if np.count_nonzero(track >= 0) > 1:
+                raise_to_depth(front_m, tail_m, block.present, track, ends_m, inside_m)
         return inside_m
 
     def _rear_m(self, steps: TrainSteps) -> FloatArray:
@@ -207,15 +210,16 @@ class Monitor:
         )
         return inside_m
 
-    def _nearest_m(self, steps: TrainSteps, rear_m: FloatArray) -> FloatArray:
+    def _nearest_m(self, steps: TrainSteps, moves: Moves, rear_m: FloatArray) -> FloatArray:
         """Return the nearest rear ahead among all trains that will use the same track."""
         nearest_m = np.full(steps.front_m.shape, self._world.far_m)
         # Of the first moment only trains count that stay, of the others those that were there.
         present = np.concatenate((steps.present[:, :1], steps.present), axis=1)
         trains = Trains(steps.front_m, self._world.length_m[steps.rows], present)
         for uses, ends_m in self._users:
-            columns = np.flatnonzero(uses[steps.rows])
-            if columns.size > 1:
+            before, beyond = moves.outside(ends_m)
+            columns = np.flatnonzero(uses[steps.rows] & ~beyond)
+            if columns.size > 1 and not before[columns].all():
                 nearest_on_track(trains, rear_m, columns, ends_m, nearest_m)
         return nearest_m
 

@@ -141,7 +141,7 @@ class Permissions:
                 grants_m = granted_to_m[column, waits]
                 grants_m[before] = np.minimum(grants_m[before], held_m)
         for record in self._obstructions():
-            concerned = self._concerned(record, steps)
+            during, concerned = self._concerned(record, steps)
             if concerned.any():
                 granted_to_m = granted_to_m if granted_to_m.size else _endless(front_m)
                 # A zone is established when nobody may go into it; the margin comes with a
@@ -149,26 +149,28 @@ class Permissions:
                 late_m = self._promises.margin_m if self._by_radio else 0.0
                 place_m = record.start_m + (late_m if record.cause is Cause.WORK else 0.0)
                 holds_m = [self._held_m(place_m, self._routes[row]) for row in block.rows.tolist()]
-                lower_m = np.minimum(granted_to_m, np.array(holds_m)[:, np.newaxis])
-                granted_to_m[concerned] = lower_m[concerned]
+                grants_m = granted_to_m[:, during]
+                lower_m = np.minimum(grants_m, np.array(holds_m)[:, np.newaxis])
+                grants_m[concerned] = lower_m[concerned]
         return granted_to_m
 
-    def _concerned(self, record: Obstruction, steps: TrainSteps) -> BoolArray:
-        """Return whom an obstruction that is in force is in the way of, and when."""
-        time_s, front_m = steps.time_s[:-1], steps.front_m[:, :-1]
-        lifted_s = np.inf if np.isnan(record.lifted_s) else record.lifted_s
+    def _concerned(self, record: Obstruction, steps: TrainSteps) -> tuple[slice, BoolArray]:
+        """Return when an obstruction is in force, and whom it is in the way of then."""
+        time_s, lifted_s = steps.time_s[:-1], record.lifted_s - ROUNDING_S
         sudden = record.cause in SUDDEN
         # Not-a-number, for what was never established, is never reached.
-        begun = record.established_s <= time_s[-1]
+        begun = record.established_s <= time_s[-1] and not lifted_s <= time_s[0]
         # By radio trains hear of it later; whether they keep out is looked at elsewhere.
-        if not begun or lifted_s - ROUNDING_S <= time_s[0] or (sudden and self._by_radio):
-            return np.zeros(1, dtype=np.bool_)
-        in_force = (record.established_s <= time_s) & (time_s < lifted_s - ROUNDING_S)
-        concerned: BoolArray = in_force & (front_m <= record.start_m + ENTERED_M)
+        if not begun or (sudden and self._by_radio):
+            return slice(0), np.zeros((1, 0), dtype=np.bool_)
+        begins, ends = np.searchsorted(time_s, (record.established_s, lifted_s)).tolist()
+        during = slice(begins, ends)
+        front_m = steps.front_m[:, :-1][:, during]
+        concerned: BoolArray = front_m <= record.start_m + ENTERED_M
         concerned &= self._users(record)[steps.rows, np.newaxis]
         if sudden:
-            concerned &= ~steps.surprised[:, :-1]
-        return concerned
+            concerned &= ~steps.surprised[:, :-1][:, during]
+        return during, concerned
 
     def unreleased_m(self, steps: TrainSteps) -> FloatArray:
         """

@@ -55,18 +55,19 @@ class Passings:
             Index of the place and row of the train, for every front that has passed one now.
         """
         rows, end = block.rows, block.present.shape[0] - 1
-        last = np.where(block.present, np.arange(end + 1)[:, np.newaxis], -1).max(axis=0)
+        gone = np.argmax(block.present[::-1], axis=0)
+        last = np.where(block.present.any(axis=0), end - gone, -1)
         there_m = np.repeat(self._places_m[:, np.newaxis], rows.size, axis=1)
         there_m[self._fronts :] += self._length_m[rows]
         furthest_m = block.front_m[last + 1, np.arange(rows.size)]
         reached = np.isinf(self._time_s[:, rows]) & (last >= 0) & (furthest_m >= there_m)
         found = np.argwhere(reached).tolist()
-        nobody = np.zeros((1, rows.size), dtype=np.bool_)
-        # A train is there at both ends of a step; where it enters it may be past a place already.
-        there = np.concatenate((block.present, nobody)) | np.concatenate((nobody, block.present))
         for place, column in found:
+            # A train is there at both ends of a step; where it enters it may be past a place.
+            there = np.append(block.present[:, column], False)
+            there[1:] |= block.present[:, column]
             after = block.front_m[:, column] >= there_m[place, column]
-            moment = int(np.argmax(after & there[:, column]))
+            moment = int(np.argmax(after & there))
             self._time_s[place, rows[column]] = block.time_s[moment]
         left_s = np.where(self._on_line, block.time_s[0], np.inf)
         left_s[rows[last >= 0]] = block.time_s[last[last >= 0] + 1]

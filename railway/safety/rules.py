@@ -151,19 +151,22 @@ def acceleration_mps2(
 
 
 @formula
-def in_need(train: TrainData, now: TrainStep, lift_m: float) -> bool:
-    """Tell whether a train could not keep its authority by the service brake alone."""
-    room_m = now.eoa_m - (now.before_m + now.before_mps * now.delay_s)
-    return not overrun_m(train, now.before_mps, room_m, lift_m) < -NEED_M
+def braking_mps2(now: TrainStep, strongest_mps2: float) -> float:
+    """Rule ``braking``: only in need, or if let, a train brakes harder than in service. [m/s2]"""
+    if now.emergency or now.halting:
+        return -np.inf
+    return (now.before_mps - now.after_mps) / now.step_s - strongest_mps2
 
 
 @formula
-def braking_mps2(now: TrainStep, strongest_mps2: float, needs: bool) -> float:
-    """Rule ``braking``: only in need, or if let, a train brakes harder than in service. [m/s2]"""
-    harder_mps2 = (now.before_mps - now.after_mps) / now.step_s - strongest_mps2
-    if now.emergency or now.halting or (needs and harder_mps2 > HANDLING_MPS2):
-        return -np.inf
-    return harder_mps2
+def in_need(train: TrainData, now: TrainStep, lift_m: float) -> bool:
+    """
+    Tell whether a train could not keep its authority by the service brake alone.
+
+    It excuses whoever breaks the rule ``braking``.
+    """
+    room_m = now.eoa_m - (now.before_m + now.before_mps * now.delay_s)
+    return not overrun_m(train, now.before_mps, room_m, lift_m) < -NEED_M
 
 
 @formula
