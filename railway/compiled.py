@@ -116,6 +116,25 @@ def naming(function: Function) -> Function:
     return cast("Function", made)
 
 
+def compiled_with(function: Function, *parts: Callable[..., Any]) -> Function:
+    """
+    Compile a function that closes over other compiled ones, at its first call.
+
+    Parameters
+    ----------
+    function
+        Made anew for these parts.
+    parts
+        The compiled functions that it calls by names of its own.
+
+    Returns
+    -------
+    Function
+        The same, compiled, and cached under the names of all parts.
+    """
+    return _made_with(function, parts, counts=True)
+
+
 def formula_with(function: Function, *parts: Callable[..., Any]) -> Function:
     """
     Compile a formula that closes over other ones, at its first call.
@@ -132,10 +151,16 @@ def formula_with(function: Function, *parts: Callable[..., Any]) -> Function:
     Function
         The same, compiled, and cached under the names of all parts.
     """
+    return _made_with(function, parts, counts=False)
+
+
+def _made_with(
+    function: Function, parts: tuple[Callable[..., Any], ...], *, counts: bool
+) -> Function:
     made_of: list[Any] = [*parts]
     told = "\0".join(f"{part.__module__}.{part.__qualname__}" for part in made_of)
     function.__qualname__ = f"{function.__name__}_{hashlib.sha256(told.encode()).hexdigest()[:16]}"
-    made = _cached(partial(_dispatcher, function, _options(counts=False)))
+    made = _cached(partial(_dispatcher, function, _options(counts=counts)))
     inner = (_SOURCES.get(id(part), frozenset()) for part in parts)
     files = _SOURCES[id(made)] = _sources(function).union(*inner)
     _watch(made, files)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from kankaku.controllers.centre.reports import Reports
+from kankaku.controllers.centre.reports import Reports, no_reports
 from kankaku.controllers.registry import build
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.scenario import Scenario
@@ -45,7 +45,7 @@ def replanning_ms(scenario: Scenario) -> dict[str, float]:
     spent_ms = []
     for _ in range(ROUNDS):
         state = crowded(world, random.uniform(-0.5, 0.5, world.size))
-        reports = _reports(state)
+        reports = _reports(state, no_reports(world, scenario.radio))
         started = perf_counter()
         plan = protection.plan(state, reports, plan)
         spent_ms.append(1000.0 * (perf_counter() - started))
@@ -103,14 +103,10 @@ def crowded(world: World, jitter: FloatArray) -> LineState:
     )
 
 
-def _reports(state: LineState) -> Reports:
-    return Reports(
-        0,
-        np.full(state.front_m.size, state.time_s - 1.0),
-        state.front_m,
-        state.speed_mps,
-        state.next_call,
-        np.full(state.front_m.size, np.inf),
-        np.inf,
-        (),
+def _reports(state: LineState, before: Reports) -> Reports:
+    return before._replace(
+        known_s=np.full(state.front_m.size, state.time_s - 1.0),
+        front_m=state.front_m,
+        speed_mps=state.speed_mps,
+        call=state.next_call,
     )

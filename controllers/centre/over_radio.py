@@ -138,7 +138,7 @@ class OverRadio:
         return OnAir(
             self._inner.initial(),
             np.full(size, self.delay_s),
-            no_reports(self._world),
+            no_reports(self._world, self._radio),
             nowhere,
             telegrams,
             -np.inf,

@@ -1,21 +1,24 @@
 """What a centre knows of its trains by their reports, and what a train does without commands."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled
-from kankaku.railway.plan.radio_spec import TOLERANCE_S, RadioSpec
+from kankaku.railway.compiled import Plain, compiled
+from kankaku.railway.plan.radio_spec import NEVER, TOLERANCE_S, RadioSpec, cycle_at
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import NO_VERSION, LineState, RadioState
 
 
-class Snapshot(NamedTuple):
-    """What all trains said in one cycle, whether it has arrived or not."""
+class Said(NamedTuple):
+    """What trains said in the last cycles, whether it has arrived or not; a slot for each."""
 
-    cycle: int
+    cycle: IntArray
+    """``NEVER`` for an empty slot. shape (n_slots,)"""
     front_m: FloatArray
+    """shape (n_slots, n_trains), as those that follow"""
     speed_mps: FloatArray
     call: IntArray
     stopped_s: FloatArray
@@ -38,11 +41,11 @@ class Reports(NamedTuple):
     """Since when it stood at that call; inf if it was on its way. [s]"""
     next_s: float
     """When the next reports are made. [s]"""
-    snapshots: tuple[Snapshot, ...]
-    """What may still arrive, oldest first."""
+    said: Said
+    """What may still arrive."""
 
 
-def no_reports(world: World) -> Reports:
+def no_reports(world: World, spec: RadioSpec) -> Reports:
     """
     Return what a centre knows before the first step.
 
@@ -50,6 +53,8 @@ def no_reports(world: World) -> Reports:
     ----------
     world
         The trains.
+    spec
+        The radio.
 
     Returns
     -------
@@ -57,15 +62,24 @@ def no_reports(world: World) -> Reports:
         Every train stands at its origin until it reports.
     """
     size = world.size
+    # A report's slot is taken again when it has long arrived.
+    slots = math.ceil(spec.delay_most_s / spec.cycle_s) + 3
+    shape = slots, size
     return Reports(
         NO_VERSION,
         np.full(size, -np.inf),
-        world.stop_m[:, 0],
+        world.stop_m[:, 0].copy(),
         np.zeros(size),
         np.zeros(size, dtype=np.intp),
         np.full(size, np.inf),
         -np.inf,
-        (),
+        Said(
+            np.full(slots, NEVER),
+            np.zeros(shape),
+            np.zeros(shape),
+            np.zeros(shape, dtype=np.intp),
+            np.zeros(shape),
+        ),
     )
 
 
@@ -89,39 +103,111 @@ def take_reports(reports: Reports, state: LineState, radio: RadioState, spec: Ra
     Reports
         The same object when nothing was said and nothing has arrived.
     """
-    speaking = state.time_s + TOLERANCE_S >= reports.next_s
-    arrived = radio.reports_version != reports.version
-    if not (speaking or arrived):
-        return reports
-    snapshots, next_s = reports.snapshots, reports.next_s
-    if speaking:
-        cycle = spec.report_cycle(state.time_s)
-        next_s = spec.report_s(cycle) + spec.cycle_s
-        oldest_s = spec.report_s(cycle) - spec.cycle_s - spec.delay_most_s
-        kept = tuple(said for said in snapshots if spec.report_s(said.cycle) >= oldest_s)
-        stopped_s = np.where(state.running, np.inf, state.arrival_s)
-        said = Snapshot(cycle, state.front_m, state.speed_mps, state.next_call, stopped_s)
-        snapshots = (*kept, said)
-    if not arrived:
-        return reports._replace(next_s=next_s, snapshots=snapshots)
-    front_m, speed_mps = reports.front_m.copy(), reports.speed_mps.copy()
-    call, stopped_s = reports.call.copy(), reports.stopped_s.copy()
-    for said in snapshots:
-        arrived_now = radio.reported == said.cycle
-        np.copyto(front_m, said.front_m, where=arrived_now)
-        np.copyto(speed_mps, said.speed_mps, where=arrived_now)
-        np.copyto(call, said.call, where=arrived_now)
-        np.copyto(stopped_s, said.stopped_s, where=arrived_now)
-    return Reports(
-        radio.reports_version,
-        radio.reported_s,
-        front_m,
-        speed_mps,
-        call,
-        stopped_s,
-        next_s,
-        snapshots,
+    known = reports
+    if state.time_s + TOLERANCE_S >= reports.next_s:
+        trains = state.front_m, state.speed_mps, state.running
+        calls = state.next_call, state.arrival_s
+        next_s, said = spoken(state.time_s, trains, calls, tuple(known.said), spec.cycle_s)
+        known = known._replace(next_s=next_s, said=Said(*said))
+    if radio.reports_version != reports.version:
+        before = known.known_s, known.front_m, known.speed_mps, known.call, known.stopped_s
+        after = arrived(radio.reported, before, tuple(known.said), spec.cycle_s)
+        known = Reports(radio.reports_version, *after, known.next_s, known.said)
+    return known
+
+
+@compiled
+def spoken(
+    time_s: float,
+    trains: tuple[FloatArray, FloatArray, BoolArray],
+    calls: tuple[IntArray, FloatArray],
+    said_fields: Plain,
+    cycle_s: float,
+) -> tuple[float, Plain]:
+    """
+    Let all trains report what they are now.
+
+    Parameters
+    ----------
+    time_s
+        Now. [s]
+    trains
+        Fronts and speeds, and who runs. [m] and [m/s], shape (n_trains,) each
+    calls
+        Calls ahead, and when the last ones began. [-] and [s], shape (n_trains,) each
+    said_fields
+        Of :class:`Said`, of the cycles before.
+    cycle_s
+        Length of a cycle. [s]
+
+    Returns
+    -------
+    tuple[float, Plain]
+        When they report next [s], and the fields of :class:`Said`.
+    """
+    (front_m, speed_mps, running), (next_call, arrival_s), before = (
+        trains,
+        calls,
+        Said(*said_fields),
     )
+    said = Said(
+        before.cycle.copy(),
+        before.front_m.copy(),
+        before.speed_mps.copy(),
+        before.call.copy(),
+        before.stopped_s.copy(),
+    )
+    cycle = cycle_at(time_s, cycle_s)
+    slot = cycle % said.cycle.size
+    said.cycle[slot] = cycle
+    for train in range(front_m.size):
+        said.front_m[slot, train], said.speed_mps[slot, train] = front_m[train], speed_mps[train]
+        said.call[slot, train] = next_call[train]
+        said.stopped_s[slot, train] = np.inf if running[train] else arrival_s[train]
+    told = said.cycle, said.front_m, said.speed_mps, said.call, said.stopped_s
+    return cycle * cycle_s + cycle_s, told
+
+
+@compiled
+def arrived(
+    reported: IntArray, before: Plain, said_fields: Plain, cycle_s: float
+) -> tuple[FloatArray, FloatArray, FloatArray, IntArray, FloatArray]:
+    """
+    Return what is known by the reports that have arrived.
+
+    Parameters
+    ----------
+    reported
+        Cycle of the last report of each train that has arrived. shape (n_trains,)
+    before
+        When reports were made [s], fronts, speeds, calls and since when trains stand there, before.
+    said_fields
+        Of :class:`Said`.
+    cycle_s
+        Length of a cycle. [s]
+
+    Returns
+    -------
+    tuple[FloatArray, FloatArray, FloatArray, IntArray, FloatArray]
+        The same now.
+    """
+    said, known_s = Said(*said_fields), np.full(reported.size, -np.inf)
+    _, front_m, speed_mps, call, stopped_s = before
+    front_m, speed_mps = front_m.copy(), speed_mps.copy()
+    call, stopped_s = call.copy(), stopped_s.copy()
+    for train in range(reported.size):
+        cycle = reported[train]
+        slot = cycle % said.cycle.size
+        if cycle == NEVER:
+            continue
+        known_s[train] = cycle * cycle_s
+        if said.cycle[slot] == cycle:
+            front_m[train], speed_mps[train] = (
+                said.front_m[slot, train],
+                said.speed_mps[slot, train],
+            )
+            call[train], stopped_s[train] = said.call[slot, train], said.stopped_s[slot, train]
+    return known_s, front_m, speed_mps, call, stopped_s
 
 
 def radio_of(state: LineState) -> RadioState:

@@ -4,8 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kankaku.controllers.control_map.map_protection import ControlMap
 from kankaku.controllers.operation.close_up import NO_CEILING_MPS
+from kankaku.railway.compiled import Plain, formula
 from kankaku.railway.plan.world import World
+from kankaku.railway.step.bundles import LayerSteps
 from kankaku.railway.step.control import Foresight
 from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
 
@@ -33,6 +36,9 @@ class FollowPlan:
         foresight: Foresight,
     ) -> None:
         """Need nothing: the plan is the protection's."""
+        del options
+        self._size = world.size
+        self._step = _follow if isinstance(foresight, ControlMap) else _close_up
 
     def initial(self) -> None:
         """Return the memory before the first step: there is none."""
@@ -48,3 +54,47 @@ class FollowPlan:
         reason = np.where(np.isfinite(commanded_mps), CONTROL_MAP, NO_REASON)
         ceiling_mps = np.minimum(commanded_mps, NO_CEILING_MPS)
         return Advice(ceiling_mps, reason, authority.eoa_by), None
+
+    def steps(self, state: LineState, memory: None) -> LayerSteps:
+        """Return the compiled step."""
+        del state, memory
+        reason, cause = np.full((2, self._size), NO_REASON, dtype=np.intp)
+        return LayerSteps(
+            self._step, (), (), (np.full(self._size, NO_CEILING_MPS), reason, cause), np.inf
+        )
+
+    def resumed(self, memory: None, after: Plain) -> None:
+        """Return the memory after a bundle of steps: there is none."""
+
+
+@formula
+def _follow(
+    instant: Plain,
+    authority: Plain,
+    fields: Plain,  # noqa: ARG001
+    memory: Plain,  # noqa: ARG001
+    after: Plain,  # noqa: ARG001
+    told: Plain,
+) -> bool:
+    (ceiling_mps, reason, cause), commanded_mps = told, authority[5]
+    for train in instant[1][5]:
+        commanded = np.isfinite(commanded_mps[train])
+        ceiling_mps[train] = min(commanded_mps[train], NO_CEILING_MPS)
+        reason[train], cause[train] = CONTROL_MAP if commanded else NO_REASON, authority[3][train]
+    return False
+
+
+@formula
+def _close_up(
+    instant: Plain,
+    authority: Plain,
+    fields: Plain,  # noqa: ARG001
+    memory: Plain,  # noqa: ARG001
+    after: Plain,  # noqa: ARG001
+    told: Plain,
+) -> bool:
+    ceiling_mps, reason, cause = told
+    for train in instant[1][5]:
+        ceiling_mps[train], reason[train] = NO_CEILING_MPS, NO_REASON
+        cause[train] = authority[3][train]
+    return False

@@ -18,19 +18,21 @@ What of positions, clocks and time stamps is believed where units may be wrong i
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from kankaku.controllers.ceiling import LineCeiling, braked_to_mps
 from kankaku.controllers.centre.reports import (
     Reports,
+    Said,
     emergency,
     no_reports,
     radio_of,
     take_reports,
 )
 from kankaku.controllers.control_map.map_options import ControlMapOptions
+from kankaku.controllers.control_map.map_steps import UPDATE_S, protect
 from kankaku.controllers.control_map.measuring import (
     CENTRE_ROW,
     EARLY_S,
@@ -47,35 +49,40 @@ from kankaku.controllers.control_map.onboard import (
     keep_bands,
     may_leave,
 )
-from kankaku.controllers.control_map.planned_map import Horizon, Known, MapPlan
-from kankaku.controllers.control_map.planned_run import Pace, trains_of
-from kankaku.controllers.control_map.planner import MapScene, make_plan
-from kankaku.controllers.control_map.telegrams import COMMANDS, Sent, eoas_m, nothing_sent
+from kankaku.controllers.control_map.planned_map import Horizon, MapPlan
+from kankaku.controllers.control_map.planned_run import Pace, PlannedTrains, trains_of
+from kankaku.controllers.control_map.planner import make_map
+from kankaku.controllers.control_map.telegrams import (
+    COMMANDS,
+    Sent,
+    acknowledged_in,
+    added,
+    commands_of,
+    covered_of,
+    nothing_sent,
+)
 from kankaku.controllers.control_map.train_order import order_of
-from kankaku.controllers.control_map.way_ahead import Grid, Obstructions
 from kankaku.controllers.options import OptionError
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import plain
+from kankaku.railway.boxed import boxed, boxed_with, unboxed
+from kankaku.railway.compiled import Plain, plain
 from kankaku.railway.plan.radio_spec import NEVER, TOLERANCE_S, RadioSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.safety.band_exclusion import (
-    Bands,
-    NetworkWays,
-    free_in_network_m,
-    free_to_m,
-    layers_of,
-    network_ways_of,
-    overlaps_m,
-    ways_of,
-)
+from kankaku.railway.safety.second_channel import checked, excludes
+from kankaku.railway.step.bundles import LayerSteps, offered
 from kankaku.railway.step.control import Separation
 from kankaku.railway.step.promises import Promises
-from kankaku.railway.step.state import NOTHING, Authority, LineState, RadioPermission
+from kankaku.railway.step.state import (
+    NO_VERSION,
+    NOTHING,
+    Authority,
+    LineState,
+    RadioPermission,
+    authority_of,
+)
 
 __all__ = ["UPDATE_S", "ControlMap", "ControlMapOptions", "Memory"]
 
-UPDATE_S = 0.5
-"""Time between maps, and between the moments of a map (Sugiyama 2018, section 3.1.3). [s]"""
 OVERLAP_M = 0.1
 """Runs are stepped, so bands may pass their ends by this much. [m]"""
 
@@ -119,9 +126,11 @@ class ControlMap:
         if world.line.first_come:
             problem = "the control map plans by the order of the timetable"
             raise OptionError(problem, 'interlocking.order = "timetable"')
-        self._order, self._layers = order_of(world), layers_of(world)
-        self._ways = network_ways_of(world) if world.line.network else ways_of(world)
-        self._no_delay_s = np.zeros(world.size)
+        self._order = plain(order_of(world))
+        validity_s = UPDATE_S * COMMANDS
+        self._checks = plain(checked(world, options.margin_m, OVERLAP_M, validity_s))
+        self._line_ceiling = plain(self._ceiling.figures)
+        self._no_delay_s, self._nobody = np.zeros(world.size), np.zeros(world.size, dtype=np.bool_)
         self._nothing = np.full(world.size, NOTHING, dtype=np.intp)
         self._trains = trains_of(
             world,
@@ -133,16 +142,22 @@ class ControlMap:
             round(options.reserve_s / UPDATE_S),
         )
         self._tempo = plain(Tempo(world.step_s, UPDATE_S))
+        # Who plans or tests otherwise is asked in Python, where that can be seen.
+        self._whole = offered(self, "steps", "authorise", "plan", "_excludes")
+        self._boxed: tuple[tuple[Any, Any], Any] = (None, None), None
+        self._plain_trains: tuple[PlannedTrains, Plain] = self._trains, plain(self._trains)
 
     def initial(self) -> Memory:
         """Return the memory before the first step: nobody has said anything."""
         size = self._world.size
-        curves = np.zeros((4, size, self._horizon.moments))
+        curves = np.zeros((4, 0, self._horizon.moments))
         nobody, nowhere = np.zeros(size, dtype=np.bool_), np.full(size, -np.inf)
         return Memory(
-            no_reports(self._world),
+            no_reports(self._world, self._radio),
             MapPlan(
                 -np.inf,
+                np.zeros(0, dtype=np.intp),
+                self._nothing,
                 curves[0],
                 curves[1],
                 curves[2],
@@ -164,6 +179,69 @@ class ControlMap:
 
     def authorise(self, state: LineState, memory: Memory) -> tuple[Authority, Memory]:
         """Return the authority of every train."""
+        if state.units is None and self._whole:
+            radio = radio_of(state)
+            air = radio.reported, radio.heard, radio.acknowledged
+            fields = self._fields(state)
+            told, after, asks = protect(state.instant, air, fields, _remembered(memory))
+            if not asks:
+                memory = self.resumed(memory, after)
+                permission = RadioPermission(self._nobody, told[5], memory.covered_m)
+                return authority_of(told[:5], permission), memory
+        return self._authorise(state, memory)
+
+    def steps(self, state: LineState, memory: Memory) -> LayerSteps:
+        """Return the compiled step."""
+        until_s = np.inf if self._whole else -np.inf
+        fields = self._fields(state)
+        return LayerSteps(protect, fields, _remembered(memory), (), until_s, by_radio=True)
+
+    def resumed(self, memory: Memory, after: Any) -> Memory:  # noqa: ANN401 - a box
+        """Return the memory after a bundle of steps."""
+        box, (next_report_s, next_s, held, held_m, _) = unboxed(after)
+        (known_s, front_m, speed_mps, call, stopped_s), said, plan, sent, covered_m = unboxed(box)
+        told = front_m, speed_mps, call, stopped_s
+        return Memory(
+            # What has arrived in between was not looked at before the next map.
+            Reports(NO_VERSION, known_s, *told, next_report_s, Said(*said)),
+            MapPlan(*plan),
+            Sent(*sent),
+            next_s,
+            memory.refused_s,
+            covered_m,
+            held,
+            held_m,
+            self._nobody,
+            memory.aboard,
+        )
+
+    def _fields(self, state: LineState) -> Any:  # noqa: ANN401 - a box
+        """Return what a step works on until something happens, in a box."""
+        beside, brakes = state.wayside, plain(self._trains.braking)
+        made_of, box = self._boxed
+        if made_of[0] is beside and made_of[1] is self._trains:
+            return box
+        obstructions = beside.start_m, beside.from_s, beside.until_s, beside.concerns
+        sending = self._radio.cycle_s, self._options.tolerance_m
+        keeping = self._line_ceiling, self._tempo, brakes
+        always = self._no_delay_s, self._nothing, self._nobody
+        box = boxed_with(self._mapping(), (obstructions, sending, keeping + always))
+        self._boxed = (beside, self._trains), box
+        return box
+
+    def _mapping(self) -> Any:  # noqa: ANN401 - a box
+        """Return what maps are planned and tested with, in a box."""
+        trains, brakes = self._planned_trains(), plain(self._trains.braking)
+        fixed = trains, self._order, tuple(self._horizon)
+        return boxed((fixed, self._checks, brakes))
+
+    def _planned_trains(self) -> Plain:
+        if self._plain_trains[0] is not self._trains:
+            self._plain_trains = self._trains, plain(self._trains)
+        return self._plain_trains[1]
+
+    def _authorise(self, state: LineState, memory: Memory) -> tuple[Authority, Memory]:
+        """Return the same where something is wrong or may be."""
         seen, aboard = state, memory.aboard
         if state.units is not None:
             allowance_m = 0.5 * self._options.margin_m
@@ -174,8 +252,9 @@ class ControlMap:
         memory = memory._replace(reports=reports, aboard=aboard)
         if state.time_s + TOLERANCE_S >= memory.next_s:
             memory = self._update(seen, memory)
-            sent = memory.sent.acknowledged(radio.acknowledged)
-            memory = memory._replace(sent=sent, covered_m=sent.covered_m(state.present))
+            sent = acknowledged_in(tuple(memory.sent), radio.acknowledged)
+            covered_m = covered_of(sent, state.present)
+            memory = memory._replace(sent=Sent(*sent), covered_m=covered_m)
         return self._keep(state, seen, memory)
 
     def _update(self, state: LineState, memory: Memory) -> Memory:
@@ -190,15 +269,9 @@ class ControlMap:
             stamped_s = np.minimum(reports.known_s + aboard.stamped_s, state.time_s)
             reports = reports._replace(known_s=stamped_s)
         plan = self.plan(state, reports, memory.plan, aboard.longer_m)
-        eoa_m = eoas_m(
-            plan.front_m[:, : COMMANDS + 1],
-            plan.speed_mps[:, : COMMANDS + 1],
-            plan.free_m,
-            plain(self._trains.braking),
-            self._options.tolerance_m,
-        )
-        furthest_m = np.where(plan.planned, eoa_m.max(axis=1), -np.inf)
-        if not self._excludes(plan, furthest_m, state, memory):
+        brakes = plain(self._trains.braking)
+        commands = commands_of(tuple(plan), brakes, self._options.tolerance_m)
+        if not self._excludes(plan, commands[2], state, memory):
             if memory.refused_s < state.time_s - 1.5 * UPDATE_S:
                 alarm = Alarm(state.time_s, Notice.EXCLUSION, CENTRE_ROW)
                 aboard = aboard._replace(alarms=(*aboard.alarms, alarm))
@@ -206,9 +279,7 @@ class ControlMap:
         cycle = self._radio.telegram_cycle(state.time_s)
         if cycle > sent.cycle.max():
             when = cycle, self._radio.telegram_s(cycle)
-            commands = eoa_m, plan.speed_mps[:, : COMMANDS + 1]
-            behind = plan.free_by, plan.slowed_by
-            sent = sent.added(when, commands, plan.free_m, furthest_m, behind)
+            sent = Sent(*added(tuple(sent), when, commands, tuple(plan)))
             if state.units is not None:
                 aboard = aboard._replace(stamp_error_s=state.units.centre_clock_error_s)
         return memory._replace(next_s=next_s, plan=plan, sent=sent, aboard=aboard)
@@ -241,7 +312,8 @@ class ControlMap:
         )
         sent = memory.sent
         behind = sent.free_by, sent.slowed_by
-        eoa_by = behind_bands(eoa_m, sent.cycle, sent.free_m, behind, held)
+        rows = np.flatnonzero(seen.present)
+        eoa_by = behind_bands(rows, eoa_m, sent.cycle, sent.free_m, behind, held)
         held_s = runs_out_s = self._radio.telegrams_s(held)
         if state.units is not None:
             runs_out_s = held_s + aboard.stamp_error_s - aboard.clock_error_s
@@ -305,69 +377,35 @@ class ControlMap:
         MapPlan
             Run curves and bands.
         """
-        world, call, trains, beside = self._world, reports.call, self._trains, state.wayside
+        trains, beside = self._planned_trains(), state.wayside
         if longer_m is not None and longer_m.any():
             # The front that counts is the furthest: at a stop when the train surely is.
-            trains = trains._replace(
-                length_m=trains.length_m + longer_m,
-                stop_m=trains.stop_m + longer_m[:, np.newaxis],
+            trains = plain(
+                self._trains._replace(
+                    length_m=self._trains.length_m + longer_m,
+                    stop_m=self._trains.stop_m + longer_m[:, np.newaxis],
+                )
             )
-        rows = np.arange(world.size)
-        ready_s = reports.stopped_s + world.minimum_dwell_s[rows, call]
-        known = Known(
-            reports.known_s,
-            reports.front_m,
-            reports.speed_mps,
-            call,
-            np.where(
-                np.isfinite(reports.stopped_s),
-                np.maximum(world.booked_departure_s[rows, call], ready_s),
-                np.inf,
-            ),
-            state.present,
-            self._gone(state),
-            state.granted_to_m,
-            state.granted_by,
-        )
+        obstructions = beside.start_m, beside.from_s, beside.until_s, beside.concerns
         now_s = UPDATE_S * round(state.time_s / UPDATE_S)
-        scene = MapScene(
-            Grid(now_s, UPDATE_S, self._horizon.moments),
-            known,
-            trains,
-            self._order,
-            Obstructions(beside.start_m, beside.from_s, beside.until_s, beside.concerns),
-            self._horizon,
-        )
-        return make_plan(scene, earlier)
-
-    def _gone(self, state: LineState) -> BoolArray:
-        """Return who has left the line: detection at both ends of it is by wire."""
-        return ~state.present & (state.front_m > self._world.stop_m[:, 0])
+        line = state.whereabouts, state.granted_to_m, state.granted_by
+        fixed = trains, self._order, obstructions, tuple(self._horizon)
+        return MapPlan(*make_map(now_s, tuple(reports[1:6]), line, fixed, tuple(earlier)))
 
     def _excludes(
         self, plan: MapPlan, furthest_m: FloatArray, state: LineState, memory: Memory
     ) -> bool:
         """Return whether no band overlaps another one, and no end lies beyond what is free."""
-        reports, margin_m = memory.reports, self._options.margin_m
-        tail_m = reports.front_m - self._world.length_m - memory.aboard.longer_m
-        gone, granted_to_m = self._gone(state), state.granted_to_m
-        if isinstance(self._ways, NetworkWays):
-            free_m = free_in_network_m(tail_m, gone, granted_to_m, self._ways)
-        else:
-            free_m = free_to_m(reports.front_m, tail_m, gone, granted_to_m, self._ways)
-        over_m = furthest_m + margin_m - free_m
-        if over_m.max(initial=0.0, where=state.present) > OVERLAP_M:
-            return False
-        bands = Bands(plan.rear_m, plan.ahead_m - OVERLAP_M)
-        # Who has not been planned for is sent nothing, and stays or stops by what it has.
-        inside_m = overlaps_m(bands, state.present, self._there_m(state, reports), self._layers)
-        return not (inside_m[plan.planned] > 0.0).any()
+        reports, longer_m = memory.reports, memory.aboard.longer_m
+        told = state.time_s, reports.known_s, reports.front_m, reports.speed_mps, longer_m
+        line = state.front_m, state.present, state.granted_to_m
+        mapped = plan.rows, plan.planned, plan.rear_m, plan.ahead_m, furthest_m
+        return excludes(told, line, mapped, self._checks)
 
-    def _there_m(self, state: LineState, reports: Reports) -> FloatArray:
-        """Return what bands reach whatever is planned: trains have run on since their reports."""
-        age_s = np.clip(state.time_s - reports.known_s, 0.0, UPDATE_S * COMMANDS)
-        now_m = reports.front_m + age_s * reports.speed_mps
-        anywhere_m, now = np.full_like(now_m, np.inf), np.newaxis
-        braking = plain(self._trains.braking)
-        own_m = eoas_m(now_m[:, now], reports.speed_mps[:, now], anywhere_m, braking, 0.0)
-        return own_m[:, 0] + self._options.margin_m
+
+def _remembered(memory: Memory) -> Any:  # noqa: ANN401 - a box
+    """Return what a compiled step remembers, in a box."""
+    reports, plan, sent, next_s, _, covered_m, held, held_m, emergency, _ = memory
+    told = tuple(reports[1:6])
+    box = boxed((told, tuple(reports.said), tuple(plan), tuple(sent), covered_m))
+    return boxed_with(box, (reports.next_s, next_s, held, held_m, emergency))

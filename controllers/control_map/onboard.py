@@ -8,7 +8,7 @@ from kankaku.controllers.ceiling import LineCeiling, ceiling_ahead_mps, figures_
 from kankaku.controllers.control_map.measuring import Aboard
 from kankaku.controllers.control_map.telegrams import Sent
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import Plain, compiled, plain
+from kankaku.railway.compiled import Plain, compiled, formula, plain
 from kankaku.railway.plan.brake_table import BrakeTable, braked_stop_m
 from kankaku.railway.plan.radio_spec import NEVER
 from kankaku.railway.step.state import NOTHING, LineState, Whereabouts
@@ -83,9 +83,7 @@ def keep_bands(
     tempo, braking = Tempo(*tempo_fields), BrakeTable(*brakes)
     eoa_m, commanded_mps = trains.front_m.copy(), np.full(trains.front_m.size, np.inf)
     goes_by = held.held.copy()
-    for train in range(eoa_m.size):
-        if not trains.present[train]:
-            continue
+    for train in trains.rows:
         slot = _slot(train, held.heard[train], goes_by, sent)
         front_m, speed_mps = trains.front_m[train], trains.speed_mps[train]
         if slot < 0 or goes_by[train] == NEVER:
@@ -108,7 +106,7 @@ def keep_bands(
     return eoa_m, commanded_mps, goes_by
 
 
-@compiled
+@formula
 def _slot(train: int, heard: int, goes_by: IntArray, sent: Sent) -> int:
     """Return the telegram that a train goes by, -1 for none, and write its cycle."""
     slot = -1
@@ -122,7 +120,7 @@ def _slot(train: int, heard: int, goes_by: IntArray, sent: Sent) -> int:
     return slot
 
 
-@compiled
+@formula
 def _at_moment(values: FloatArray, since: float) -> float:
     """Return a value of a telegram so many moments after it was sent; the last one stays."""
     last = values.size - 1
@@ -134,6 +132,7 @@ def _at_moment(values: FloatArray, since: float) -> float:
 
 @compiled
 def behind_bands(
+    rows: IntArray,
     eoa_m: FloatArray,
     cycle: IntArray,
     free_m: FloatArray,
@@ -145,6 +144,8 @@ def behind_bands(
 
     Parameters
     ----------
+    rows
+        The trains. shape (n_present,)
     eoa_m
         The ends of authority. [m], shape (n_trains,)
     cycle, free_m
@@ -161,7 +162,7 @@ def behind_bands(
     """
     free_by, slowed_by = behind
     found = np.full(eoa_m.size, NOTHING)
-    for train in range(eoa_m.size):
+    for train in rows:
         for slot in range(cycle.size):
             if cycle[slot] == held[train] and held[train] != NEVER:
                 ends = eoa_m[train] >= free_m[slot, train]

@@ -22,7 +22,6 @@ class Known(NamedTuple):
     call: IntArray
     leaves_s: FloatArray
     """When a train that stands at its stop leaves at the earliest; inf for others. [s]"""
-    on_line: BoolArray
     gone: BoolArray
     """Trains that have left the line."""
     granted_to_m: FloatArray
@@ -73,17 +72,21 @@ class Aims(NamedTuple):
 
 
 class MapPlan(NamedTuple):
-    """Run curves and bands on the grid of the map."""
+    """Run curves and bands on the grid of the map, of the trains that were on the line."""
 
     made_s: float
+    rows: IntArray
+    """The trains. shape (n_on_line,)"""
+    place: IntArray
+    """Where each train is among them; -1 for one that is not. shape (n_trains,)"""
     front_m: FloatArray
-    """Run curves. [m], shape (n_trains, n_moments)"""
+    """Run curves. [m], shape (n_on_line, n_moments)"""
     speed_mps: FloatArray
-    """[m/s], shape (n_trains, n_moments)"""
+    """[m/s], shape (n_on_line, n_moments)"""
     rear_m: FloatArray
-    """Rear of the bands. [m], shape (n_trains, n_moments)"""
+    """Rear of the bands. [m], shape (n_on_line, n_moments)"""
     ahead_m: FloatArray
-    """Front of the bands: where trains can stop, and the margin. [m], (n_trains, n_moments)"""
+    """Front of the bands: where trains can stop, and the margin. [m], (n_on_line, n_moments)"""
     free_m: FloatArray
     """Up to here the way was free when the map was made, margin taken off. [m], (n_trains,)"""
     planned: BoolArray
@@ -98,7 +101,7 @@ class MapPlan(NamedTuple):
 
 
 @compiled
-def blank_map(now_s: float, size: int, moments: int) -> MapPlan:
+def blank_map(now_s: float, rows: IntArray, size: int, moments: int) -> MapPlan:
     """
     Return a map before anybody is planned for.
 
@@ -106,6 +109,8 @@ def blank_map(now_s: float, size: int, moments: int) -> MapPlan:
     ----------
     now_s
         When it is made. [s]
+    rows
+        The trains on the line. shape (n_on_line,)
     size
         Number of trains. [-]
     moments
@@ -116,9 +121,13 @@ def blank_map(now_s: float, size: int, moments: int) -> MapPlan:
     MapPlan
         To be written to.
     """
-    shape = size, moments
+    shape, place = (rows.size, moments), np.full(size, -1)
+    for number in range(rows.size):
+        place[rows[number]] = number
     return MapPlan(
         now_s,
+        rows.copy(),
+        place,
         np.zeros(shape),
         np.zeros(shape),
         np.zeros(shape),

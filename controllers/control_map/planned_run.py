@@ -13,9 +13,10 @@ from kankaku.controllers.ceiling import (
     CeilingFigures,
     ceiling_ahead_mps,
     ceiling_figures,
+    figures_of,
 )
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import Plain, compiled, formula
 from kankaku.railway.motion.kinematics import next_speed_mps
 from kankaku.railway.motion.traction_table import pulled_mps
 from kankaku.railway.plan.brake_table import BrakeTable, braking_loss_mps, braking_v2_at
@@ -46,6 +47,8 @@ class PlannedTrains(NamedTuple):
     gentler_mps2: FloatArray
     """By how much the brake for stops is weaker than the service brake. [m/s2], (n_trains,)"""
     length_m: FloatArray
+    origin_m: FloatArray
+    """Where each train is before it has entered, whatever it believes since. [m], (n_trains,)"""
     stop_m: FloatArray
     """shape (n_trains, n_calls + 1)"""
     call_count: IntArray
@@ -96,6 +99,7 @@ def trains_of(world: World, pace: Pace) -> PlannedTrains:
         ceiling_figures(world, world.driven_profile, step_s, world.driven_types),
         world.gentler_mps2,
         world.length_m,
+        world.stop_m[:, 0].copy(),
         world.stop_m,
         world.call_count,
         world.booked_arrival_s,
@@ -104,6 +108,25 @@ def trains_of(world: World, pace: Pace) -> PlannedTrains:
         world.departure_lag_s,
         world.leaves_at_stop,
     )
+
+
+@compiled
+def trains_with(fields: Plain) -> PlannedTrains:
+    """
+    Return what runs need to know with its names.
+
+    Parameters
+    ----------
+    fields
+        Of :class:`PlannedTrains`, plain.
+
+    Returns
+    -------
+    PlannedTrains
+        The same.
+    """
+    named = (BrakeTable(*fields[6]), figures_of(fields[7]))
+    return PlannedTrains(*(fields[:6] + named + fields[8:]))
 
 
 class RunPlace(NamedTuple):
@@ -132,7 +155,7 @@ class RunTask(NamedTuple):
     """Written. [m/s], shape (n_moments,)"""
 
 
-@compiled
+@formula
 def run(
     trains: PlannedTrains, row: int, place: RunPlace, task: RunTask
 ) -> tuple[RunPlace, float, int]:
@@ -190,14 +213,14 @@ def run(
     return RunPlace(front, speed, call, leaves_s), arrival_s, hindered
 
 
-@compiled
+@formula
 def _stop_v2_m2ps2(trains: PlannedTrains, row: int, call: int) -> float:
     """Return twice the brake potential at the stop of a call."""
     stop_m = min(trains.stop_m[row, call], trains.far_m)
     return float(braking_v2_at(trains.braking, row, stop_m))
 
 
-@compiled
+@formula
 def _next_mps(
     trains: PlannedTrains, row: int, front: float, speed: float, ends: tuple[float, float, float]
 ) -> tuple[float, bool]:

@@ -21,7 +21,13 @@ from kankaku.controllers.control_map.planned_map import (
     blank_map,
     scratch_for,
 )
-from kankaku.controllers.control_map.planned_run import PlannedTrains, RunPlace, RunTask, run
+from kankaku.controllers.control_map.planned_run import (
+    PlannedTrains,
+    RunPlace,
+    RunTask,
+    run,
+    trains_with,
+)
 from kankaku.controllers.control_map.way_ahead import (
     Ends,
     EndsOfAuthority,
@@ -34,9 +40,9 @@ from kankaku.controllers.control_map.way_ahead import (
     lower_to_obstructions,
 )
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import Plain, compiled, formula
 from kankaku.railway.motion.traction_table import level_gain_mps
-from kankaku.railway.plan.brake_table import braked_stop_m, braking_v2_at
+from kankaku.railway.plan.brake_table import braking_v2_at, nearly_braked_stop_m
 from kankaku.railway.step.state import NOTHING
 
 CAPS_MPS = 1.5
@@ -63,58 +69,127 @@ class MapScene(NamedTuple):
 
 
 @compiled
-def make_plan(scene: MapScene, earlier: MapPlan) -> MapPlan:
+def make_map(
+    now_s: float, told: Plain, line: Plain, fixed: tuple[Plain, Plain, Plain, Plain], before: Plain
+) -> Plain:
     """
-    Plan every train's run, leader first.
+    Plan the run of every train on the line, leader first.
 
     Parameters
     ----------
-    scene
-        What runs are made from.
-    earlier
-        The plan that trains have gone by since their reports.
+    now_s
+        The first moment. [s]
+    told
+        When each train has reported last, and its front, speed and call then, and since when it
+        stands there; as in :class:`~kankaku.controllers.centre.reports.Reports`.
+    line
+        What is known by wire: the fields of :class:`~kankaku.railway.step.state.Whereabouts`, how
+        far everything is granted, and what is not.
+    fixed
+        Fields of :class:`PlannedTrains`, :class:`Order`, :class:`Obstructions`, :class:`Horizon`.
+    before
+        Fields of the map that trains have gone by since their reports.
 
     Returns
     -------
-    MapPlan
-        Run curves and bands.
+    Plain
+        The fields of :class:`MapPlan`.
     """
-    grid, known, trains = scene.grid, scene.known, scene.trains
+    trains, horizon = trains_with(fixed[0]), Horizon(*fixed[3])
+    grid = Grid(now_s, trains.step_s, horizon.moments)
+    known, tail_m = _known(told, line, trains)
+    scene = MapScene(grid, known, trains, Order(*fixed[1]), Obstructions(*fixed[2]), horizon)
+    earlier, rows = MapPlan(*before), line[0][5]
     plan, scratch = (
-        blank_map(grid.now_s, trains.length_m.size, grid.moments),
+        blank_map(now_s, rows, trains.length_m.size, grid.moments),
         scratch_for(grid.moments),
     )
-    for row in range(trains.length_m.size):
-        # Nobody reads the band of a train that is gone, or more than the rear of one to come.
-        if not known.gone[row]:
-            plan.rear_m[row] = known.front_m[row] - trains.length_m[row]
-        if known.on_line[row]:
-            plan.front_m[row] = plan.ahead_m[row] = known.front_m[row]
-    for row in range(trains.length_m.size):
-        old = MOST_OLD + 1
-        if known.on_line[row]:
-            age = np.round((grid.now_s - known.since_s[row]) / trains.step_s)
-            old = int(min(age, MOST_OLD + 1.0))
-        if old <= MOST_OLD:
-            plan.planned[row] = True
-            place = _at_present(row, old, known, earlier, trains, scratch)
-            _look_ahead(scene, row, place, plan, scratch)
-            _plan_train(scene, row, old, place, plan, scratch)
-    return plan
+    others = Others(plan.place, plan.rear_m, tail_m, known.gone, scene.order)
+    _plan_all(scene, others, earlier, plan, scratch)
+    return (
+        plan.made_s,
+        plan.rows,
+        plan.place,
+        plan.front_m,
+        plan.speed_mps,
+        plan.rear_m,
+        plan.ahead_m,
+        plan.free_m,
+        plan.planned,
+        plan.free_by,
+        plan.slowed_by,
+    )
 
 
 @compiled
+def _known(told: Plain, line: Plain, trains: PlannedTrains) -> tuple[Known, FloatArray]:
+    """Return what the centre knows of trains, and where their tails are by their reports."""
+    (since_s, reported_m, speed_mps, call, stopped_s), (whereabouts, granted_to_m, granted_by) = (
+        told,
+        line,
+    )
+    seen_m, present = whereabouts[0], whereabouts[3]
+    size = present.size
+    leaves_s, gone = np.full(size, np.inf), np.zeros(size, dtype=np.bool_)
+    for row in whereabouts[5]:
+        if np.isfinite(stopped_s[row]):
+            ready_s = stopped_s[row] + trains.minimum_dwell_s[row, call[row]]
+            leaves_s[row] = max(trains.booked_departure_s[row, call[row]], ready_s)
+    tail_m = np.empty(size)
+    for row in range(size):
+        # Detection at both ends of the line is by wire.
+        gone[row] = not present[row] and seen_m[row] > trains.origin_m[row]
+        tail_m[row] = reported_m[row] - trains.length_m[row]
+    known = Known(
+        since_s,
+        reported_m,
+        speed_mps,
+        call,
+        leaves_s,
+        gone,
+        granted_to_m,
+        granted_by,
+    )
+    return known, tail_m
+
+
+@formula
+def _plan_all(
+    scene: MapScene, others: Others, earlier: MapPlan, plan: MapPlan, scratch: Scratch
+) -> None:
+    """Write the runs and bands of all trains on the line, leader first."""
+    grid, known, trains = scene.grid, scene.known, scene.trains
+    for place in range(plan.rows.size):
+        row = plan.rows[place]
+        for moment in range(grid.moments):
+            plan.rear_m[place, moment] = others.tail_m[row]
+            plan.front_m[place, moment] = plan.ahead_m[place, moment] = known.front_m[row]
+    for row in plan.rows:
+        age = np.round((grid.now_s - known.since_s[row]) / trains.step_s)
+        old = int(min(age, MOST_OLD + 1.0))
+        if old <= MOST_OLD:
+            plan.planned[row] = True
+            present = _at_present(row, old, known, earlier, trains, scratch)
+            _look_ahead(scene, others, row, present, plan, scratch)
+            _plan_train(scene, row, old, present, plan, scratch)
+
+
+@formula
 def _look_ahead(
-    scene: MapScene, row: int, place: RunPlace, plan: MapPlan, scratch: Scratch
+    scene: MapScene,
+    others: Others,
+    row: int,
+    place: RunPlace,
+    plan: MapPlan,
+    scratch: Scratch,
 ) -> None:
     """Write how far the way of a train is free at every moment, by bands and obstructions."""
-    known, trains, order = scene.known, scene.trains, scene.order
+    known, trains = scene.known, scene.trains
     eoas = EndsOfAuthority(scratch.eoa_m, scratch.eoa_by)
-    tail_m = known.front_m[row] - trains.length_m[row]
-    ends = Ends(place.front_m, tail_m, place.front_m + REACH_M)
+    ends = Ends(place.front_m, others.tail_m[row], place.front_m + REACH_M)
     eoa_m, eoa_by = eoas
-    eoa_m[:], eoa_by[:] = trains.far_m, NOTHING
-    others = Others(plan.rear_m, known.gone, order)
+    for moment in range(eoa_m.size):
+        eoa_m[moment], eoa_by[moment] = trains.far_m, NOTHING
     lower_to_bands(eoas, row, ends, scene.grid, others)
     lower_to_obstructions(eoas, row, ends, scene.grid, others, scene.obstructions)
     granted = known.granted_to_m[row] < eoa_m[0]
@@ -123,39 +198,44 @@ def _look_ahead(
     to_stop_m = trains.stop_m[row, place.call] - place.front_m
     waits = place.speed_mps == 0.0 and place.leaves_s == np.inf
     if waits and min(plan.free_m[row] - place.front_m, to_stop_m) < CREEP_M < to_stop_m:
-        eoa_m[:], eoa_by[:] = place.front_m, plan.free_by[row]
+        for moment in range(eoa_m.size):
+            eoa_m[moment], eoa_by[moment] = place.front_m, plan.free_by[row]
 
 
-@compiled
+@formula
 def _plan_train(
     scene: MapScene, row: int, old: int, place: RunPlace, plan: MapPlan, scratch: Scratch
 ) -> None:
     """Write the run and the band of a train that may go as far as was looked ahead."""
     trains, eoas = scene.trains, EndsOfAuthority(scratch.eoa_m, scratch.eoa_by)
-    front_m, speed_mps, ahead_m = plan.front_m[row], plan.speed_mps[row], plan.ahead_m[row]
+    at = plan.place[row]
+    front_m, speed_mps, ahead_m = plan.front_m[at], plan.speed_mps[at], plan.ahead_m[at]
     for _ in range(2):
         hindered = _choose(trains, row, place, scene.grid, scratch, (front_m, speed_mps))
         plan.slowed_by[row] = scratch.eoa_by[hindered] if hindered else NOTHING
-        _write_rears(scene, row, old, scratch, front_m, plan.rear_m[row])
+        _write_rears(scene, row, old, scratch, front_m, plan.rear_m[at])
         _write_stopping(trains, row, front_m, speed_mps, ahead_m)
         announced = scene.obstructions
         if not lower_to_announced(eoas, row, place.front_m, scene.grid, ahead_m, announced):
             break
-    plan.ahead_m[row] += trains.margin_m
+    for moment in range(ahead_m.size):
+        ahead_m[moment] += trains.margin_m
 
 
-@compiled
+@formula
 def _at_present(
     row: int, old: int, known: Known, earlier: MapPlan, trains: PlannedTrains, scratch: Scratch
 ) -> RunPlace:
     """Return where a train is that has gone by what was planned before since its report."""
-    since_s = known.since_s[row]
+    since_s, at = known.since_s[row], earlier.place[row]
     for step in range(old):
         moment = int(np.round((since_s - earlier.made_s) / trains.step_s)) + step + 1
         moment = min(max(moment, 0), earlier.speed_mps.shape[1] - 1)
-        scratch.cap_mps[step] = earlier.speed_mps[row, moment] if earlier.planned[row] else 0.0
+        scratch.cap_mps[step] = earlier.speed_mps[at, moment] if earlier.planned[row] else 0.0
     kept_m = earlier.free_m[row] if earlier.planned[row] else known.front_m[row]
-    scratch.kept_v2_m2ps2[:] = braking_v2_at(trains.braking, row, kept_m)
+    kept_v2 = braking_v2_at(trains.braking, row, kept_m)
+    for moment in range(old + 1):
+        scratch.kept_v2_m2ps2[moment] = kept_v2
     place = RunPlace(known.front_m[row], known.speed_mps[row], known.call[row], known.leaves_s[row])
     task = RunTask(
         since_s,
@@ -168,7 +248,7 @@ def _at_present(
     return place
 
 
-@compiled
+@formula
 def _choose(
     trains: PlannedTrains,
     row: int,
@@ -182,7 +262,8 @@ def _choose(
         bound_m = min(scratch.eoa_m[moment], trains.far_m) - trains.margin_m
         scratch.end_v2_m2ps2[moment] = braking_v2_at(trains.braking, row, bound_m)
     cap_mps = scratch.cap_mps[: grid.moments - 1]
-    cap_mps[:] = np.inf
+    for moment in range(cap_mps.size):
+        cap_mps[moment] = np.inf
     task = RunTask(grid.now_s, cap_mps, scratch.end_v2_m2ps2, written[0], written[1])
     after, arrival_s, hindered = run(trains, row, place, task)
     call = place.call + 1 if place.leaves_s < np.inf else place.call
@@ -198,7 +279,7 @@ def _choose(
     return hindered
 
 
-@compiled
+@formula
 def _slow_down(
     trains: PlannedTrains,
     row: int,
@@ -222,7 +303,8 @@ def _slow_down(
     )
     cap = aims.fastest_mps - CAPS_MPS
     while cap > LEAST_MPS:
-        task.cap_mps[:held] = cap
+        for moment in range(held):
+            task.cap_mps[moment] = cap
         after, arrival_s, touched = run(trains, row, place, trial)
         reached_m = _reached_m(trains, row, after, arrival_s, aims)
         if early and arrival_s > aims.due_s:
@@ -230,13 +312,15 @@ def _slow_down(
         if not early and reached_m < best_m - LOSS_S * aims.fastest_mps:
             return
         best_m = max(best_m, reached_m)
-        task.front_m[:], task.speed_mps[:] = trial.front_m, trial.speed_mps
+        for moment in range(task.front_m.size):
+            task.front_m[moment] = trial.front_m[moment]
+            task.speed_mps[moment] = trial.speed_mps[moment]
         if hindered and not touched:
             return
         cap -= CAPS_MPS
 
 
-@compiled
+@formula
 def _write_rears(
     scene: MapScene,
     row: int,
@@ -247,12 +331,15 @@ def _write_rears(
 ) -> None:
     """Write the rear of a band: the tail before the longest delay, but never before its report."""
     known, trains, horizon = scene.known, scene.trains, scene.horizon
-    rear_m[:] = known.front_m[row] - trains.length_m[row]
+    reported_m = known.front_m[row] - trains.length_m[row]
+    for moment in range(rear_m.size):
+        rear_m[moment] = reported_m
     if old > horizon.old_steps:
         # It may have braked since, and nobody would know.
         return
     path_m = scratch.path_m[: old + horizon.moments]
-    path_m[old:] = front_m
+    for moment in range(front_m.size):
+        path_m[old + moment] = front_m[moment]
     leaves = leaving_step(path_m, known.leaves_s[row] < np.inf)
     for moment in range(max(horizon.old_steps - old, 0), horizon.moments):
         step = moment + old - horizon.old_steps
@@ -263,7 +350,7 @@ def _write_rears(
             rear_m[moment] = trains.far_m
 
 
-@compiled
+@formula
 def _write_stopping(
     trains: PlannedTrains,
     row: int,
@@ -272,10 +359,11 @@ def _write_stopping(
     stopping_m: FloatArray,
 ) -> None:
     for moment in range(front_m.size):
-        stopping_m[moment] = braked_stop_m(trains.braking, row, front_m[moment], speed_mps[moment])
+        front, speed = front_m[moment], speed_mps[moment]
+        stopping_m[moment] = nearly_braked_stop_m(trains.braking, row, front, speed)
 
 
-@compiled
+@formula
 def leaving_step(front_m: FloatArray, stands: bool) -> int:
     """
     Return after which step of a run a train leaves a stop.
@@ -300,7 +388,7 @@ def leaving_step(front_m: FloatArray, stands: bool) -> int:
     return front_m.size
 
 
-@compiled
+@formula
 def _reached_m(
     trains: PlannedTrains, row: int, after: RunPlace, arrival_s: float, aims: Aims
 ) -> float:

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kankaku.controllers.control_map.planned_map import MapPlan
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled
 from kankaku.railway.plan.brake_table import BrakeTable, braked_stop_m
@@ -42,99 +43,6 @@ class Sent(NamedTuple):
     slowed_by: IntArray
     """What the run is slower for than the line allows. shape (n_slots, n_trains)"""
 
-    def added(
-        self,
-        when: tuple[int, float],
-        commands: tuple[FloatArray, FloatArray],
-        free_m: FloatArray,
-        furthest_m: FloatArray,
-        behind: tuple[IntArray, IntArray],
-    ) -> "Sent":
-        """
-        Return the telegrams with another one in the place of the oldest.
-
-        Parameters
-        ----------
-        when
-            In which cycle, and when it is sent. [-] and [s]
-        commands
-            Ends and speeds. [m] and [m/s], shape (n_trains, n_moments)
-        free_m
-            How far the way is free. [m], shape (n_trains,)
-        furthest_m
-            Furthest of the ends; -inf for whom there are no commands. [m], shape (n_trains,)
-        behind
-            What the way is free up to, and what the run is slowed by. shape (n_trains,) each
-
-        Returns
-        -------
-        Sent
-            New arrays.
-        """
-        slot = int(self.cycle.argmin())
-        sent = Sent(
-            self.cycle.copy(),
-            self.sent_s.copy(),
-            self.eoa_m.copy(),
-            self.speed_mps.copy(),
-            self.free_m.copy(),
-            self.furthest_m.copy(),
-            self.known,
-            int(self.cycle[slot]),
-            np.maximum(self.older_m, self.furthest_m[slot]),
-            self.free_by.copy(),
-            self.slowed_by.copy(),
-        )
-        sent.cycle[slot], sent.sent_s[slot] = when
-        sent.eoa_m[slot], sent.speed_mps[slot] = commands
-        sent.free_m[slot] = free_m
-        sent.furthest_m[slot] = furthest_m
-        sent.free_by[slot], sent.slowed_by[slot] = behind
-        return sent
-
-    def acknowledged(self, acknowledged: IntArray) -> "Sent":
-        """
-        Return the same with what trains are known to go by.
-
-        A telegram without commands says nothing about those before it: they may be lost.
-
-        Parameters
-        ----------
-        acknowledged
-            Each train is known to have the telegram of this cycle. shape (n_trains,)
-
-        Returns
-        -------
-        Sent
-            New cycles.
-        """
-        same = self.cycle[:, np.newaxis] == acknowledged
-        has_commands = (same & (self.furthest_m > -np.inf)).any(axis=0)
-        return self._replace(known=np.where(has_commands, acknowledged, self.known))
-
-    def covered_m(self, present: BoolArray) -> FloatArray:
-        """
-        Return the furthest ends of the maps that are not replaced for everybody yet.
-
-        A train that was sent nothing, or took nothing, goes on by what it has.
-
-        Parameters
-        ----------
-        present
-            Trains on the line. shape (n_trains,)
-
-        Returns
-        -------
-        FloatArray
-            [m], shape (n_trains,)
-        """
-        effective = self.known.min(initial=FOREVER, where=present)
-        may_hold = (self.cycle >= effective)[:, np.newaxis]
-        furthest_m: FloatArray = np.where(may_hold, self.furthest_m, -np.inf).max(axis=0)
-        if self.older >= effective:
-            furthest_m = np.maximum(furthest_m, self.older_m)
-        return furthest_m
-
 
 def nothing_sent(size: int) -> Sent:
     """
@@ -160,23 +68,26 @@ def nothing_sent(size: int) -> Sent:
     return Sent(never, never_s, *kept, no_train, NEVER, nowhere, nothing, nothing)
 
 
+class Commands(NamedTuple):
+    """What a map commands; one telegram."""
+
+    eoa_m: FloatArray
+    """Where trains can stop, and a little further. [m], shape (n_trains, n_moments)"""
+    speed_mps: FloatArray
+    """shape (n_trains, n_moments)"""
+    furthest_m: FloatArray
+    """Furthest of the ends; -inf for whom there are no commands. [m], shape (n_trains,)"""
+
+
 @compiled
-def eoas_m(
-    front_m: FloatArray,
-    speed_mps: FloatArray,
-    free_m: FloatArray,
-    brake_fields: Plain,
-    tolerance_m: float,
-) -> FloatArray:
+def commands_of(plan_fields: Plain, brake_fields: Plain, tolerance_m: float) -> Plain:
     """
     Return where trains that go by their plan can stop, and a little further; never too far.
 
     Parameters
     ----------
-    front_m, speed_mps
-        The plan. [m] and [m/s], shape (n_trains, n_moments)
-    free_m
-        How far the way is free. [m], shape (n_trains,)
+    plan_fields
+        Of :class:`~kankaku.controllers.control_map.planned_map.MapPlan`, plain.
     brake_fields
         Of :class:`~kankaku.railway.plan.brake_table.BrakeTable`, plain.
     tolerance_m
@@ -184,13 +95,151 @@ def eoas_m(
 
     Returns
     -------
-    FloatArray
-        [m], shape (n_trains, n_moments)
+    Plain
+        The fields of :class:`Commands`.
     """
-    braking = BrakeTable(*brake_fields)
-    eoa_m = np.empty_like(front_m)
-    for train in range(front_m.shape[0]):
-        for moment in range(front_m.shape[1]):
-            stop_m = braked_stop_m(braking, train, front_m[train, moment], speed_mps[train, moment])
-            eoa_m[train, moment] = min(stop_m + tolerance_m, free_m[train])
-    return eoa_m
+    plan, braking = MapPlan(*plan_fields), BrakeTable(*brake_fields)
+    size = plan.place.size
+    eoa_m, speed_mps = np.zeros((size, COMMANDS + 1)), np.zeros((size, COMMANDS + 1))
+    furthest_m = np.full(size, -np.inf)
+    for place in range(plan.rows.size):
+        train = plan.rows[place]
+        if not plan.planned[train]:
+            continue
+        for moment in range(COMMANDS + 1):
+            front_m, speed = plan.front_m[place, moment], plan.speed_mps[place, moment]
+            stop_m = braked_stop_m(braking, train, front_m, speed)
+            end_m = min(stop_m + tolerance_m, plan.free_m[train])
+            eoa_m[train, moment], speed_mps[train, moment] = end_m, speed
+            furthest_m[train] = max(furthest_m[train], end_m)
+    return eoa_m, speed_mps, furthest_m
+
+
+@compiled
+def added(
+    sent_fields: Plain, when: tuple[int, float], command_fields: Plain, plan_fields: Plain
+) -> Plain:
+    """
+    Return the telegrams with another one in the place of the oldest.
+
+    Parameters
+    ----------
+    sent_fields
+        Of :class:`Sent`, plain.
+    when
+        In which cycle, and when it is sent. [-] and [s]
+    command_fields
+        Of :class:`Commands`, plain.
+    plan_fields
+        Of the :class:`~kankaku.controllers.control_map.planned_map.MapPlan` behind it, plain.
+
+    Returns
+    -------
+    Plain
+        The fields of :class:`Sent`, in new arrays.
+    """
+    before, commands, plan = Sent(*sent_fields), Commands(*command_fields), MapPlan(*plan_fields)
+    cycle, sent_s = before.cycle.copy(), before.sent_s.copy()
+    eoa_m, speed_mps = before.eoa_m.copy(), before.speed_mps.copy()
+    free_m, furthest_m = before.free_m.copy(), before.furthest_m.copy()
+    free_by, slowed_by = before.free_by.copy(), before.slowed_by.copy()
+    slot, older_m = int(cycle.argmin()), before.older_m.copy()
+    older = cycle[slot]
+    cycle[slot], sent_s[slot] = when
+    for train in range(older_m.size):
+        older_m[train] = max(older_m[train], before.furthest_m[slot, train])
+        furthest_m[slot, train] = commands.furthest_m[train]
+        free_m[slot, train] = plan.free_m[train]
+        free_by[slot, train], slowed_by[slot, train] = plan.free_by[train], plan.slowed_by[train]
+        for moment in range(COMMANDS + 1):
+            eoa_m[slot, train, moment] = commands.eoa_m[train, moment]
+            speed_mps[slot, train, moment] = commands.speed_mps[train, moment]
+    return (
+        cycle,
+        sent_s,
+        eoa_m,
+        speed_mps,
+        free_m,
+        furthest_m,
+        before.known,
+        older,
+        older_m,
+        free_by,
+        slowed_by,
+    )
+
+
+@compiled
+def acknowledged_in(sent_fields: Plain, acknowledged: IntArray) -> Plain:
+    """
+    Return the telegrams with what trains are known to go by.
+
+    A telegram without commands says nothing about those before it: they may be lost.
+
+    Parameters
+    ----------
+    sent_fields
+        Of :class:`Sent`, plain.
+    acknowledged
+        Each train is known to have the telegram of this cycle. shape (n_trains,)
+
+    Returns
+    -------
+    Plain
+        The fields of :class:`Sent`.
+    """
+    sent = Sent(*sent_fields)
+    known = sent.known.copy()
+    for slot in range(sent.cycle.size):
+        for train in range(known.size):
+            same = sent.cycle[slot] == acknowledged[train]
+            if same and sent.furthest_m[slot, train] > -np.inf:
+                known[train] = acknowledged[train]
+    return (
+        sent.cycle,
+        sent.sent_s,
+        sent.eoa_m,
+        sent.speed_mps,
+        sent.free_m,
+        sent.furthest_m,
+        known,
+        sent.older,
+        sent.older_m,
+        sent.free_by,
+        sent.slowed_by,
+    )
+
+
+@compiled
+def covered_of(sent_fields: Plain, present: BoolArray) -> FloatArray:
+    """
+    Return the furthest ends of the maps that are not replaced for everybody yet.
+
+    A train that was sent nothing, or took nothing, goes on by what it has.
+
+    Parameters
+    ----------
+    sent_fields
+        Of :class:`Sent`, plain.
+    present
+        Trains on the line. shape (n_trains,)
+
+    Returns
+    -------
+    FloatArray
+        [m], shape (n_trains,)
+    """
+    sent, effective = Sent(*sent_fields), FOREVER
+    size = present.size
+    for train in range(size):
+        if present[train]:
+            effective = min(effective, sent.known[train])
+    furthest_m = np.full(size, -np.inf)
+    for slot in range(sent.cycle.size):
+        if sent.cycle[slot] >= effective:
+            for train in range(size):
+                furthest_m[train] = max(furthest_m[train], sent.furthest_m[slot, train])
+    if sent.older >= effective:
+        for train in range(size):
+            furthest_m[train] = max(furthest_m[train], sent.older_m[train])
+    return furthest_m

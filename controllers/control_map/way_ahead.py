@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import formula
 from kankaku.railway.step.state import NOTHING
 
 AT_START_M = 0.5
@@ -89,8 +89,12 @@ class Grid(NamedTuple):
 class Others(NamedTuple):
     """Where the others are."""
 
+    place: IntArray
+    """Where each train is among those on the line; -1 if it is not there. shape (n_trains,)"""
     rear_m: FloatArray
-    """Rear of the bands. [m], shape (n_trains, n_moments)"""
+    """Rear of the bands of those on the line. [m], shape (n_on_line, n_moments)"""
+    tail_m: FloatArray
+    """Tails as reported; at their origins of those that are still to come. [m], (n_trains,)"""
     gone: BoolArray
     """Trains that have left the line. shape (n_trains,)"""
     order: Order
@@ -105,7 +109,39 @@ class Ends(NamedTuple):
     reach_m: float
 
 
-@compiled
+@formula
+def rear_of(others: Others, train: int, moment: int) -> float:
+    """
+    Return the rear of a band.
+
+    Parameters
+    ----------
+    others
+        The bands.
+    train
+        The train; it has not left the line.
+    moment
+        When.
+
+    Returns
+    -------
+    float
+        The place; the tail at its origin of a train that is still to come. [m]
+    """
+    place = others.place[train]
+    return float(others.rear_m[place, moment] if place >= 0 else others.tail_m[train])
+
+
+@formula
+def _moments_until_clear(train: int, clear_m: float, grid: Grid, others: Others) -> int:
+    """Count the moments before the rear of a band is out of a place."""
+    clear = 0
+    while clear < grid.moments and rear_of(others, train, clear) < clear_m:
+        clear += 1
+    return clear
+
+
+@formula
 def lower_to_bands(
     eoas: EndsOfAuthority,
     row: int,
@@ -129,7 +165,7 @@ def lower_to_bands(
     others
         The bands of the others.
     """
-    (rear_m, gone, order), (eoa_m, eoa_by) = others, eoas
+    gone, order, (eoa_m, eoa_by) = others.gone, others.order, eoas
     last = order.last[row]
     here = order.first[row]
     while here < last and ends.tail_m >= order.clear_m[row, here]:
@@ -147,24 +183,26 @@ def lower_to_bands(
         if section > here and _still_before(row, section - 1, gone, order) != ahead:
             # Until it joins this way that train is beside it, wherever it is.
             nearest_m, joins = entry_m, section
+        clear_m = order.clear_m[row, section]
         for moment in range(grid.moments):
-            if rear_m[ahead, moment] >= order.clear_m[row, section]:
+            behind_m = rear_of(others, ahead, moment)
+            if behind_m >= clear_m:
                 break
-            bound_m = max(rear_m[ahead, moment], nearest_m)
+            bound_m = max(behind_m, nearest_m)
             if bound_m < eoa_m[moment]:
-                beside = rear_m[ahead, moment] < nearest_m
+                beside = behind_m < nearest_m
                 eoa_m[moment] = bound_m
                 eoa_by[moment] = _points_at(order, row, joins) if beside else ahead
 
 
-@compiled
+@formula
 def _wait(eoas: EndsOfAuthority, row: int, passage: int, grid: Grid, others: Others) -> None:
     """Draw ends back to a passage until all have left that have to do so first."""
-    rear_m, gone, order = others
+    gone, order = others.gone, others.order
     entry_m, throw_s = order.entry_m[row, passage], order.throw_s[row, passage]
     ahead = order.through[row, passage]
     if order.turnout[row, passage] >= 0 and ahead >= 0 and not gone[ahead]:
-        locked = _locked_moments(row, passage, grid, rear_m, order)
+        locked = _locked_moments(row, passage, grid, others)
         # A train that goes the same way is in the way itself, before its points are.
         by = ahead if order.same_way[row, passage] else _points_at(order, row, passage)
         raise_wall(eoas, by, entry_m, 0, locked)
@@ -172,23 +210,21 @@ def _wait(eoas: EndsOfAuthority, row: int, passage: int, grid: Grid, others: Oth
         ahead = order.wait_row[wait]
         if gone[ahead]:
             continue
-        clear = 0
-        while clear < grid.moments and rear_m[ahead, clear] < order.wait_clear_m[wait]:
-            clear += 1
+        clear = _moments_until_clear(ahead, order.wait_clear_m[wait], grid, others)
         if clear > 0:
             clear += int(np.ceil(throw_s / grid.step_s))
             by = ahead if order.turnout[row, passage] < 0 else _points_at(order, row, passage)
             raise_wall(eoas, by, entry_m, 0, clear)
 
 
-@compiled
+@formula
 def _points_at(order: Order, row: int, section: int) -> int:
     """Return the points at the start of a section, as what stands behind a bound."""
     turnout: int = order.turnout[row, section]
     return NOTHING - 1 - turnout if turnout >= 0 else NOTHING
 
 
-@compiled
+@formula
 def _still_before(row: int, section: int, gone: BoolArray, order: Order) -> int:
     """Return the train before on a section, past those that have left the line at a stop."""
     ahead: int = order.before[row, section]
@@ -198,19 +234,18 @@ def _still_before(row: int, section: int, gone: BoolArray, order: Order) -> int:
     return ahead
 
 
-@compiled
-def _locked_moments(row: int, section: int, grid: Grid, rear_m: FloatArray, order: Order) -> int:
+@formula
+def _locked_moments(row: int, section: int, grid: Grid, others: Others) -> int:
     """Count the moments before a train may enter points: their section admits one train."""
+    order = others.order
     ahead, clear_m = order.through[row, section], order.clear_m[row, section - 1]
-    clear = 0
-    while clear < grid.moments and rear_m[ahead, clear] < clear_m:
-        clear += 1
+    clear = _moments_until_clear(ahead, clear_m, grid, others)
     if clear > 0 and not order.same_way[row, section]:
         clear += int(np.ceil(order.throw_s[row, section] / grid.step_s))
     return clear
 
 
-@compiled
+@formula
 def lower_to_obstructions(
     eoas: EndsOfAuthority,
     row: int,
@@ -237,7 +272,7 @@ def lower_to_obstructions(
     obstructions
         What stands in the way.
     """
-    rear_m, gone, order = others
+    gone, order = others.gone, others.order
     for number in range(obstructions.start_m.size):
         start_m = obstructions.start_m[number]
         if not obstructions.concerns[row, number] or obstructions.from_s[number] > grid.now_s:
@@ -254,7 +289,7 @@ def lower_to_obstructions(
             if (
                 ahead >= 0
                 and not gone[ahead]
-                and rear_m[ahead, 0] < order.clear_m[row, section - 1]
+                and rear_of(others, ahead, 0) < order.clear_m[row, section - 1]
             ):
                 # These points are still another train's.
                 continue
@@ -262,7 +297,7 @@ def lower_to_obstructions(
         raise_wall(eoas, NOTHING - 1 - number, start_m, 0, moments_until(wait_s, grid))
 
 
-@compiled
+@formula
 def lower_to_announced(
     eoas: EndsOfAuthority,
     row: int,
@@ -313,7 +348,7 @@ def lower_to_announced(
     return met
 
 
-@compiled
+@formula
 def raise_wall(eoas: EndsOfAuthority, by: int, place_m: float, first: int, end: int) -> None:
     """
     Draw ends back to a place from one moment to another.
@@ -336,7 +371,7 @@ def raise_wall(eoas: EndsOfAuthority, by: int, place_m: float, first: int, end: 
             eoas.eoa_m[moment], eoas.eoa_by[moment] = place_m, by
 
 
-@compiled
+@formula
 def moments_until(wait_s: float, grid: Grid) -> int:
     """
     Count the moments before a time.

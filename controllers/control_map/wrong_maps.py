@@ -65,6 +65,6 @@ class WrongMaps(ControlMap):
             )
         made = super().plan(state, reports, earlier, longer_m)
         if wrong and failure.variant is Variant.RUN:
-            further_m = failure.size * chosen[:, np.newaxis]
+            further_m = failure.size * chosen[made.rows, np.newaxis]
             made = made._replace(front_m=made.front_m + further_m, ahead_m=made.ahead_m + further_m)
         return made

@@ -167,7 +167,7 @@ def _advise(
     """Write ceilings, why, and for what."""
     _, whereabouts, _, lasting = instant
     trains, known = Whereabouts(*whereabouts), Lasting(*lasting)
-    (eoa_m, _, _, eoa_by, _), (ceiling_mps, reason, cause) = authority, told
+    eoa_m, eoa_by, (ceiling_mps, reason, cause) = authority[0], authority[3], told
     planned_mps, (acceleration_mps2, brake_mps2, step_s) = fields
     front_m, speed_mps = trains.front_m, trains.speed_mps
     stop_m, leader, follows = known.stop_m, known.leader, known.follows

@@ -341,7 +341,7 @@ def _ceilings(
 def _follow(instant: Plain, authority: Plain, fields: Plain, memory: Plain, told: Plain) -> None:
     """Write the advice by the accelerations that were chosen last."""
     now_s, whereabouts, _, lasting = instant
-    (eoa_m, _, _, eoa_by, _), known = authority, Lasting(*lasting)
+    eoa_m, eoa_by, known = authority[0], authority[3], Lasting(*lasting)
     (cap_mps, stay, rates), (planned_mps, rate_mps2, decided_s) = fields, memory
     running = Whereabouts(*whereabouts).running
     ahead = known.stop_m, known.leader, known.follows, running

@@ -6,6 +6,7 @@ import numpy as np
 
 from kankaku.railway.compiled import Plain, plain
 from kankaku.railway.loop.compiled_loop import steps_of
+from kankaku.railway.loop.radio_loop import steps_by_radio
 from kankaku.railway.loop.recorder import Recorder
 from kankaku.railway.loop.supervising import Supervising
 from kankaku.railway.loop.tracker import Tracker
@@ -98,6 +99,11 @@ class Bundling:
             self._prepared = self._prepare(state, memories)
         (guarding, permitted), (operating, planned), driving = self._prepared
         until_s = min(self._until_s, quiet_s, guarding.until_s, operating.until_s)
+        radio = self._tracker.radio
+        if guarding.by_radio != (radio is not None):
+            return 0, memories
+        if radio is not None:
+            until_s = min(until_s, radio.until_s)
         watched = self._tracker.watched(until_s)
         if seen.time_s >= watched.until_s:
             return 0, memories
@@ -105,25 +111,25 @@ class Bundling:
         front_m, speed_mps = seen.front_m.copy(), seen.speed_mps.copy()
         trains = front_m, front_m - watched.length_m, speed_mps, state.clear_to_m.copy()
         commanded_mps = np.empty((min(most, span.time_s.size), span.rows.size))
-        loop = steps_of(guarding.function, operating.function, driving.function)
-        taken, samples, until_sample = loop(
-            trains,
-            (plain(span), tuple(watched), state.lasting),
-            (
-                (guarding.fields, *permitted, guarding.told),
-                (operating.fields, *planned, operating.told),
-                (driving.fields, driving.told),
-            ),
-            commanded_mps,
-            tuple(kept),
-            tuple(sampling),
-        )
+        given = trains, (plain(span), tuple(watched), state.lasting)
+        above = (operating.fields, *planned, operating.told), (driving.fields, driving.told)
+        written = commanded_mps, tuple(kept), tuple(sampling)
+        functions = guarding.function, operating.function, driving.function
+        if radio is None:
+            layers = ((guarding.fields, *permitted, guarding.told), *above)
+            taken, samples, until_sample = steps_of(*functions)(*given, layers, *written)
+            permitted = permitted[::-1] if taken % 2 else permitted
+        else:
+            on_air, own = (radio.air, self._recorder.heard_rows()), (guarding.fields, permitted[0])
+            told = steps_by_radio(*functions)(*given, above, *written, on_air, *own)
+            (taken, samples, until_sample), permitted = told[:3], (told[3], told[3])
         if not taken:
             return 0, memories
+        if radio is not None:
+            self._recorder.heard(taken)
         self._recorder.wrote(taken, sampling, samples, until_sample)
         self._engine.moved(commanded_mps[:taken], front_m, speed_mps)
-        if taken % 2:
-            permitted, planned = permitted[::-1], planned[::-1]
+        planned = planned[::-1] if taken % 2 else planned
         self._prepared = (guarding, permitted), (operating, planned), driving
         protection, operation = self._layers[:2]
         return taken, (
@@ -135,8 +141,11 @@ class Bundling:
         protection, operation, drive = self._layers
         guarding = protection.steps(state, memories[0])
         operating = operation.steps(state, memories[1])
+        # By radio a memory is made anew in every step, and never written to.
+        own = guarding.memory if guarding.by_radio else _copied(guarding.memory)
+        other = guarding.memory if guarding.by_radio else _copied(guarding.memory)
         return (
-            (guarding, (_copied(guarding.memory), _copied(guarding.memory))),
+            (guarding, (own, other)),
             (operating, (_copied(operating.memory), _copied(operating.memory))),
             drive.steps(state),
         )

@@ -114,6 +114,34 @@ class Recorder:
         asked[:, 0] = NO_REASON
         return steps, BlockRows(at, *arrays), Sampling(self._until_sample, every, found, asked)
 
+    def heard_rows(self) -> FloatArray:
+        """
+        Return where a bundle writes when the commands were sent that trains have.
+
+        Returns
+        -------
+        FloatArray
+            As :meth:`space` says; what lasts is written up to there. [s], (n_rows, n_trains)
+        """
+        self._fill()
+        return self._heard_s
+
+    def heard(self, steps: int) -> None:
+        """
+        Take note, before :meth:`wrote`, that a bundle has written what trains have heard.
+
+        Parameters
+        ----------
+        steps
+            How many it took. [-]
+        """
+        bundle = slice(self._written, self._written + steps)
+        kept = self._next_call, self._surprised, self._present, self._running
+        for written, values in zip(kept, self._lasting, strict=False):
+            written[bundle] = values
+        self._filled = bundle.stop
+        self._lasting = (*self._lasting[:-1], self._heard_s[bundle.stop - 1].copy())
+
     def wrote(self, steps: int, sampling: Sampling, samples: int, until_sample: int) -> None:
         """
         Take note of steps that were written in one go.

@@ -60,6 +60,11 @@ class Tracker:
         """Every train has left the line."""
         return self._unfinished == 0
 
+    @property
+    def radio(self) -> Radio | None:
+        """What carries commands; None under a controller without."""
+        return self._radio
+
     def watched(self, until_s: float) -> Watched:
         """
         Return what has to be watched between events.
@@ -74,7 +79,7 @@ class Tracker:
         Watched
             As long as the state of the line is the one that was returned last.
         """
-        if self._asks or self._radio or self._units:
+        if self._asks or self._units:
             until_s = -np.inf
         next_s, front_watch_m, tail_watch_m = self._wayside.watch
         return Watched(

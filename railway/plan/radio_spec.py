@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.compiled import formula
 
 TOLERANCE_S = 1e-6
 """Sums of steps come this close to the times that they stand for. [s]"""
@@ -13,6 +14,26 @@ NEVER = -(2**62)
 """Stands for the cycle of a message that has never come: before all cycles."""
 FOREVER = 2**62
 """After all cycles."""
+
+
+@formula
+def cycle_at(time_s: float, cycle_s: float) -> int:
+    """
+    Return the number of the cycle that has begun last.
+
+    Parameters
+    ----------
+    time_s
+        Now. [s]
+    cycle_s
+        Length of a cycle. [s]
+
+    Returns
+    -------
+    int
+        Cycles begin at multiples of their length.
+    """
+    return math.floor((time_s + TOLERANCE_S) / cycle_s)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +88,7 @@ class RadioSpec:
         int
             They report at multiples of the cycle.
         """
-        return math.floor((time_s + TOLERANCE_S) / self.cycle_s)
+        return cycle_at(time_s, self.cycle_s)
 
     def telegram_cycle(self, time_s: float) -> int:
         """

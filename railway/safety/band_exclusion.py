@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
-from kankaku.railway.compiled import compiled
+from kankaku.railway.compiled import compiled, formula
 from kankaku.railway.plan.world import World
 
 AT_START_M = 0.5
@@ -22,7 +22,7 @@ AT_START_M = 0.5
 
 
 class Bands(NamedTuple):
-    """Bands at the moments of a map; arrays of shape (n_trains, n_moments)."""
+    """Bands at the moments of a map; arrays of shape (n_bands, n_moments)."""
 
     rear_m: FloatArray
     """Behind this a train is no more, whatever it does. [m]"""
@@ -85,7 +85,7 @@ def layers_of(world: World) -> Layers:
 
 
 @compiled
-def overlaps_m(bands: Bands, on_map: BoolArray, there_m: FloatArray, layers: Layers) -> FloatArray:
+def overlaps_m(bands: Bands, rows: IntArray, there_m: FloatArray, layers: Layers) -> FloatArray:
     """
     Return how far each train's band reaches into another one, at worst.
 
@@ -93,12 +93,12 @@ def overlaps_m(bands: Bands, on_map: BoolArray, there_m: FloatArray, layers: Lay
     ----------
     bands
         The bands.
-    on_map
-        Trains that have one. shape (n_trains,)
+    rows
+        The trains that they are of. shape (n_bands,)
     there_m
         Up to this place a band counts as free, because no plan can make it shorter: the train
         cannot stop any sooner, where the train ahead has turned out to be further back; or it
-        has entered the line behind one that has not reported since. [m], shape (n_trains,)
+        has entered the line behind one that has not reported since. [m], shape (n_bands,)
     layers
         The layers of the line.
 
@@ -106,38 +106,52 @@ def overlaps_m(bands: Bands, on_map: BoolArray, there_m: FloatArray, layers: Lay
     -------
     FloatArray
         Depth of the deepest overlap with a band that is further on; 0 without any. In a layer for
-        one band it is the depth in the layer. [m], shape (n_trains,)
+        one band it is the depth in the layer. [m], shape (n_bands,)
     """
     size, moments = bands.rear_m.shape
-    deepest_m = np.zeros(size)
-    order = np.empty(size, dtype=np.intp)
-    from_m, to_m = np.full(size, np.inf), np.full(size, -np.inf)
-    for train in range(size):
-        if on_map[train]:
-            from_m[train], to_m[train] = bands.rear_m[train].min(), bands.front_m[train].max()
+    deepest_m, order = np.zeros(size), np.empty(size, dtype=np.intp)
+    from_m, to_m = np.empty(size), np.empty(size)
+    for band in range(size):
+        from_m[band], to_m[band] = bands.rear_m[band].min(), bands.front_m[band].max()
     for layer in range(layers.start_m.size):
         start_m, end_m = layers.start_m[layer], layers.end_m[layer]
         users = 0
-        for train in range(size):
-            if layers.used[layer, train] and from_m[train] < end_m and to_m[train] > start_m:
-                order[users] = train
+        for band in range(size):
+            passes = layers.used[layer, rows[band]]
+            if passes and from_m[band] < end_m and to_m[band] > start_m:
+                order[users] = band
                 users += 1
         if users < 2:
             continue
+        within = start_m, end_m, bool(layers.single[layer])
         for moment in range(moments):
-            _sort_by_rear(order[:users], bands.rear_m[:, moment])
-            # From the foremost band back; who reaches furthest back bounds the next one.
-            bound_m = np.inf
-            for place in range(users - 1, -1, -1):
-                train = order[place]
-                rear_m = max(bands.rear_m[train, moment], start_m)
-                front_m = min(bands.front_m[train, moment], end_m)
-                if front_m <= rear_m:
-                    continue
-                depth_m = front_m - max(bound_m, there_m[train])
-                deepest_m[train] = max(deepest_m[train], depth_m)
-                bound_m = start_m if layers.single[layer] else rear_m
+            _look_through(bands, order[:users], moment, within, there_m, deepest_m)
     return deepest_m
+
+
+@formula
+def _look_through(
+    bands: Bands,
+    order: IntArray,
+    moment: int,
+    within: tuple[float, float, bool],
+    there_m: FloatArray,
+    deepest_m: FloatArray,
+) -> None:
+    """Note how deep bands are in others in a layer at a moment, from the foremost band back."""
+    _sort_by_rear(order, bands.rear_m, moment)
+    start_m, end_m, single = within
+    # Who reaches furthest back bounds the next one.
+    bound_m = np.inf
+    for place in range(order.size - 1, -1, -1):
+        band = order[place]
+        rear_m = max(bands.rear_m[band, moment], start_m)
+        front_m = min(bands.front_m[band, moment], end_m)
+        if front_m <= rear_m:
+            continue
+        depth_m = front_m - max(bound_m, there_m[band])
+        deepest_m[band] = max(deepest_m[band], depth_m)
+        bound_m = start_m if single else rear_m
 
 
 class Ways(NamedTuple):
@@ -188,13 +202,20 @@ def ways_of(world: World) -> Ways:
 
 @compiled
 def free_to_m(
-    front_m: FloatArray, tail_m: FloatArray, gone: BoolArray, granted_to_m: FloatArray, ways: Ways
+    rows: IntArray,
+    front_m: FloatArray,
+    tail_m: FloatArray,
+    gone: BoolArray,
+    granted_to_m: FloatArray,
+    ways: Ways,
 ) -> FloatArray:
     """
-    Return how far each train's way is free, as far as a centre knows.
+    Return how far the ways of some trains are free, as far as a centre knows.
 
     Parameters
     ----------
+    rows
+        The trains. shape (n_rows,)
     front_m, tail_m
         Where trains are at the latest report, at the furthest and the least; a train that has
         never reported counts as at its origin. [m], shape (n_trains,)
@@ -208,10 +229,10 @@ def free_to_m(
     Returns
     -------
     FloatArray
-        [m], shape (n_trains,)
+        What is granted for all others. [m], shape (n_trains,)
     """
     free_m = granted_to_m.copy()
-    for train in range(front_m.size):
+    for train in rows:
         for ahead in range(train):
             if gone[ahead]:
                 continue
@@ -267,13 +288,19 @@ def network_ways_of(world: World) -> NetworkWays:
 
 @compiled
 def free_in_network_m(
-    tail_m: FloatArray, gone: BoolArray, granted_to_m: FloatArray, ways: NetworkWays
+    rows: IntArray,
+    tail_m: FloatArray,
+    gone: BoolArray,
+    granted_to_m: FloatArray,
+    ways: NetworkWays,
 ) -> FloatArray:
     """
-    Return how far each train's way through a network is free, as far as a centre knows.
+    Return how far the ways of some trains through a network are free, as far as a centre knows.
 
     Parameters
     ----------
+    rows
+        The trains; none of them has left the line. shape (n_rows,)
     tail_m
         Where tails are at the latest report, at the least. [m], shape (n_trains,)
     gone
@@ -286,12 +313,10 @@ def free_in_network_m(
     Returns
     -------
     FloatArray
-        [m], shape (n_trains,)
+        What is granted for all others. [m], shape (n_trains,)
     """
     free_m = granted_to_m.copy()
-    for train in range(tail_m.size):
-        if gone[train]:
-            continue
+    for train in rows:
         for number in range(ways.ahead.shape[1]):
             ahead, at = ways.ahead[train, number], ways.ahead_at[train, number]
             # Nobody passes another on a track: behind who is gone comes who was before it, and
@@ -306,12 +331,12 @@ def free_in_network_m(
     return free_m
 
 
-@compiled
-def _sort_by_rear(order: IntArray, rear_m: FloatArray) -> None:
-    """Sort trains by their rears; from moment to moment hardly any changes its place."""
+@formula
+def _sort_by_rear(order: IntArray, rear_m: FloatArray, moment: int) -> None:
+    """Sort bands by their rears; from moment to moment hardly any changes its place."""
     for unsorted in range(1, order.size):
-        train, place = order[unsorted], unsorted
-        while place > 0 and rear_m[order[place - 1]] > rear_m[train]:
+        band, place = order[unsorted], unsorted
+        while place > 0 and rear_m[order[place - 1], moment] > rear_m[band, moment]:
             order[place] = order[place - 1]
             place -= 1
-        order[place] = train
+        order[place] = band

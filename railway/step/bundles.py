@@ -10,6 +10,7 @@ The signatures of compiled steps, with plain tuples throughout (see
 :func:`kankaku.railway.compiled.plain`)::
 
     protection(instant, fields, memory, after, told)
+    protection_by_radio(instant, air, fields, memory) -> (authority, memory, asks)
     operation(instant, authority, fields, memory, after, told) -> asks
     drive(instant, authority, advice, fields, told)
 
@@ -22,6 +23,11 @@ what is told of trains that are not on the line may stay as it is. The drive tel
 end of the step and what bounds them. Beside that they write to nothing, but for what the drive
 remembers. ``asks`` says that the operation has to be asked in Python in this step; then nothing of
 the step counts.
+
+``air`` is what has arrived by radio, which is carried within the bundle: the cycles of reports, of
+telegrams and of acknowledgements. A protection that commands by radio makes arrays, whose sizes
+change with the trains on the line, and tells the commanded speeds as a sixth field of the
+authority. It asks whenever a train brakes in emergency.
 """
 
 from typing import Any, NamedTuple
@@ -55,6 +61,8 @@ class LayerSteps(NamedTuple):
     """Arrays to write to what it tells; with what is told of trains that are not on the line."""
     until_s: float
     """From this time on the layer wants to be asked in Python. [s]"""
+    by_radio: bool = False
+    """It is the step of a protection that takes and gives commands by radio."""
 
 
 class Span(NamedTuple):

@@ -30,14 +30,12 @@ from tests.property.manners import any_style
 from tests.property.runs import Observed
 
 QUICK = examples(8)
-STEP_BY_STEP = {"control_map"}
-"""What is asked in every step still."""
 PAIRS = [
-    *((protection, "close_up") for protection in PROTECTIONS if protection not in STEP_BY_STEP),
+    *((protection, "close_up") for protection in PROTECTIONS),
     *(
         ("moving_block", operation)
         for operation in OPERATIONS
-        if operation not in STEP_BY_STEP | {"close_up", "clairvoyant"}
+        if operation not in {"close_up", "clairvoyant"}
     ),
 ]
 """Each layer once: whatever stands above or below it is compiled with it, but not another one."""
@@ -112,10 +110,7 @@ def test_tables_are_the_same_step_by_step(
     record = assert_same_both_ways(scenario, spec, delays_s(scenario))
     assert record.completed.all()
     steps = record.end_s - 25_200.0
-    if protection in STEP_BY_STEP:
-        assert not taken
-    else:
-        assert sum(taken) > 0.5 * steps / scenario.step_s
+    assert sum(taken) > 0.5 * steps / scenario.step_s
 
 
 @pytest.mark.parametrize("supervision", [name for name in SUPERVISIONS if name != UNSUPERVISED])
@@ -136,7 +131,7 @@ def test_tables_are_the_same_with_points_and_a_sudden_obstacle(taken: list[int])
     line = replace(scenario.line, crossings=(Crossing("road", 700.0, 708.0, 250.0, 10.0),))
     obstacle = Obstacle("road", 25_362.0, 25_390.0)
     scenario = replace(scenario, line=line, disruptions=Disruptions(obstacles=(obstacle,)))
-    for protection in ("moving_block", "multi_step_atc"):
+    for protection in ("moving_block", "multi_step_atc", "control_map"):
         spec = ControllerSpec("test", protection, "close_up", {}, {})
         assert_same_both_ways(scenario, spec, delays_s(scenario))
     assert sum(taken) > 0

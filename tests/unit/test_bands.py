@@ -63,7 +63,10 @@ def test_the_deepest_overlap_of_all_pairs_is_found(
             bound_m = start_m if layers.single[layer] else inside[ahead][0]
             expected_m[behind] = max(expected_m[behind], inside[behind][1] - bound_m)
     nowhere = np.full(on_map.size, -np.inf)
-    assert overlaps_m(bands, on_map, nowhere, layers) == pytest.approx(expected_m, abs=1e-9)
+    rows = np.flatnonzero(on_map)
+    on_it = Bands(bands.rear_m[rows], bands.front_m[rows])
+    found_m = overlaps_m(on_it, rows, nowhere[rows], layers)
+    assert found_m == pytest.approx(expected_m[rows], abs=1e-9)
 
 
 def test_layers_are_tracks_and_points() -> None:
@@ -83,7 +86,7 @@ def test_layers_are_tracks_and_points() -> None:
 
 def test_two_trains_on_parallel_tracks_are_apart_but_not_in_the_points() -> None:
     world = world_of(replace(loop_station_scenario(2)))
-    layers, on_map = layers_of(world), np.ones(2, dtype=np.bool_)
+    layers, on_map = layers_of(world), np.arange(2)
     nowhere = np.full(2, -np.inf)
     beside = Bands(np.array([[1300.0], [1200.0]]), np.array([[1650.0], [1640.0]]))
     assert overlaps_m(beside, on_map, nowhere, layers).tolist() == [0.0, 0.0]
@@ -116,5 +119,6 @@ def test_the_second_channel_works_out_what_is_free(
     ways = ways_of(world_of(loop_station_scenario(2)))
     front_m = np.array(fronts_m)
     granted_to_m = np.array([5000.0, 2900.0])
-    found_m = free_to_m(front_m, front_m - 200.0, np.array([gone, False]), granted_to_m, ways)
+    behind_m, left = front_m - 200.0, np.array([gone, False])
+    found_m = free_to_m(np.arange(2), front_m, behind_m, left, granted_to_m, ways)
     assert found_m.tolist() == [5000.0, free_m]

@@ -36,7 +36,7 @@ def test_reports_say_what_was_true_when_they_were_made(
     cycle_s: float, one_s: float, other_s: float, loss: float, seed: int
 ) -> None:
     spec = RadioSpec(cycle_s, min(one_s, other_s), max(one_s, other_s), loss, 3.0)
-    radio, reports = Radio(WORLD, spec, seed), no_reports(WORLD)
+    radio, reports = Radio(WORLD, spec, seed), no_reports(WORLD, spec)
     for step in range(300):
         state = going(START_S + 0.1 * step)
         state = state._replace(radio=radio.update(state.time_s, state.present))

@@ -15,7 +15,8 @@ EMERGENCY_BRAKE = "emergency_brake_kmhps = 4.0"
 BUILDS_UP = "rising_speed_mps(speed + over, room, (loss, lag), rise, pulled + over)"
 MOVING_BLOCK = "controllers/protection/moving_block.py"
 OVER_RADIO = "controllers/centre/over_radio.py"
-CONTROL_MAP = "controllers/control_map/map_protection.py"
+MAP_STEPS = "controllers/control_map/map_steps.py"
+TELEGRAMS = "controllers/control_map/telegrams.py"
 CHAINED = "tuple(last_on.get(track, NO_PREDECESSOR) for track in service.route)"
 CLEARED = "found.append(Passage(name, entry_m, fouling_m[1], turnout))"
 BRAKE = "train.service_brake_mps2 * (grid_m - origin_m)"
@@ -368,13 +369,10 @@ MUTANTS: tuple[Mutant, ...] = (
         "control map 60 m beyond its bands, exclusion test off",
         "control_map",
         (
-            CONTROL_MAP,
-            "furthest_m = np.where(plan.planned, eoa_m.max(axis=1), -np.inf)",
-            (
-                "eoa_m = eoa_m + 60.0\n"
-                "        furthest_m = np.where(plan.planned, eoa_m.max(axis=1), -np.inf)"
-            ),
+            TELEGRAMS,
+            "end_m = min(stop_m + tolerance_m, plan.free_m[train])",
+            "end_m = min(stop_m + tolerance_m, plan.free_m[train]) + 60.0",
         ),
-        (CONTROL_MAP, "if not self._excludes(", "if False and not self._excludes("),
+        (MAP_STEPS, "if not excludes(", "if False and not excludes("),
     ),
 )

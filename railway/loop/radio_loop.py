@@ -1,0 +1,102 @@
+"""Steps between events under a protection that takes and gives its commands by radio."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.compiled import Plain, compiled_with, formula
+from kankaku.railway.loop.compiled_loop import (
+    BlockRows,
+    Sampling,
+    Watched,
+    _clear,
+    _is_event,
+    _keep,
+    _move,
+    _sample,
+)
+from kankaku.railway.plan.radio_spec import NEVER
+from kankaku.railway.radio.data_link import carry
+from kankaku.railway.step.bundles import Lasting, Span
+
+
+@formula
+def _listen(heard_s: FloatArray, heard: IntArray, cycle_s: float) -> None:
+    """Record when the commands were sent that trains have."""
+    for train in range(heard.size):
+        sent_s = heard[train] * cycle_s + 0.5 * cycle_s
+        heard_s[train] = -np.inf if heard[train] == NEVER else sent_s
+
+
+@cache
+def steps_by_radio(
+    protect: Callable[..., Any], advise: Callable[..., Any], command: Callable[..., Any]
+) -> Callable[..., Any]:
+    """
+    Return the compiled loop over the steps of three layers, with the radio between them.
+
+    Parameters
+    ----------
+    protect, advise, command
+        Compiled steps as :mod:`kankaku.railway.step.bundles` says.
+
+    Returns
+    -------
+    Callable[..., Any]
+        As from :func:`kankaku.railway.loop.compiled_loop.steps_of`; instead of what belongs
+        to the protection it takes, last, the radio, which it lets carry what is due, with where it
+        writes what trains have heard, and fields and memory of the protection; the memory after
+        the last step it returns behind its counts.
+    """
+
+    def bundle(  # noqa: PLR0913, PLR0917 - as without radio
+        trains: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+        plains: tuple[Plain, Plain, Plain],
+        layers: tuple[Plain, Plain],
+        told_mps: FloatArray,
+        kept_fields: Plain,
+        sampling_fields: Plain,
+        on_air: tuple[Plain, FloatArray],
+        guarding: Any,  # noqa: ANN401 - plain or a box
+        permitted: Any,  # noqa: ANN401 - as well
+    ) -> tuple[int, int, int, Any]:
+        span, watched, lasting = Span(*plains[0]), Watched(*plains[1]), Lasting(*plains[2])
+        kept, sampling = BlockRows(*kept_fields), Sampling(*sampling_fields)
+        operating, planned, planned_after, advice = layers[0]
+        driving, told = layers[1]
+        front_m, tail_m, speed_mps, clear_to_m = trains
+        whereabouts = front_m, tail_m, speed_mps, watched.present, watched.running, watched.rows
+        until_s = min(span.until_s, watched.until_s)
+        taken, samples, until_sample = 0, 0, sampling.until_sample
+        air, heard_s = on_air
+        reported, acknowledged, heard = air[1][2][0], air[1][2][1], air[2][2][0]
+        for step in range(told_mps.shape[0]):
+            now_s = span.time_s[step]
+            if now_s >= until_s or _is_event(span, watched, front_m, tail_m, speed_mps):
+                break
+            carry(now_s, watched.present, air)
+            _clear(watched, lasting, tail_m, clear_to_m)
+            instant = now_s, whereabouts, clear_to_m, plains[2]
+            arrived = reported, heard, acknowledged
+            authority, permitted_after, stops = protect(instant, arrived, guarding, permitted)
+            if stops or advise(instant, authority, operating, planned, planned_after, advice):
+                break
+            command(instant, authority[:5], advice, driving, told)
+            permitted = permitted_after
+            planned, planned_after = planned_after, planned
+            at = kept.at + step
+            kept.time_s[at] = now_s
+            _keep(kept, at, (front_m, speed_mps, watched.rows), (authority[0], authority[2]))
+            _listen(heard_s[at], heard, air[0])
+            if until_sample == 0:
+                _sample(sampling, samples, watched, (authority, advice, told[1]))
+                samples, until_sample = samples + 1, sampling.every
+            until_sample -= 1
+            _move(span, watched, (front_m, tail_m, speed_mps), told[0], told_mps[step])
+            taken += 1
+        return taken, samples, until_sample, permitted
+
+    return compiled_with(bundle, protect, advise, command)
