@@ -1,6 +1,6 @@
 """An ensemble in figures: box plots, distribution functions, and means of more and more runs."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -13,6 +13,7 @@ from kankaku.analysis.tables.ensemble_tables import running_means
 from kankaku.analysis.tables.indicators import INDICATOR_OF
 from kankaku.analysis.words import label_of
 from kankaku.railway.arrays import FloatArray
+from kankaku.railway.plan.seed_design import EACH_FOR_ITSELF, SeedDesign
 
 Draw: TypeAlias = Callable[[Axes, str, list[FloatArray]], None]
 """Draws an indicator of a scenario: the values of each controller in order of the seeds."""
@@ -105,7 +106,10 @@ def ecdf_figure(
 
 
 def running_mean_figure(
-    summary: pd.DataFrame, controllers: Sequence[str], indicators: Sequence[str]
+    summary: pd.DataFrame,
+    controllers: Sequence[str],
+    indicators: Sequence[str],
+    designs: Mapping[str, SeedDesign] | None = None,
 ) -> Figure:
     """
     Draw the mean of the first runs, of more and more of them, with its 95 % interval.
@@ -114,18 +118,24 @@ def running_mean_figure(
     ----------
     summary, controllers, indicators
         As of :func:`box_figure`.
+    designs
+        How the seeds of each scenario share their draws; each for itself if None. A mean is drawn
+        after each whole block.
 
     Returns
     -------
     Figure
         A line with a band per controller.
     """
+    found = designs or {}
+    # One design for all scenarios: only where their blocks begin may differ.
+    size = max((design.size for design in found.values()), default=1)
 
     def draw(axes: Axes, indicator: str, values: list[FloatArray]) -> None:
         ends: list[FloatArray] = []
         for index, own in enumerate(values):
             means, halves = running_means(own)
-            runs = np.arange(1, own.size + 1)
+            runs = np.arange(1, own.size + 1) * size
             line: dict[str, Any] = {
                 "color": colour(index),
                 "linestyle": dashes(index),
@@ -142,7 +152,7 @@ def running_mean_figure(
         axes.set_xlabel("runs")
         _name(axes, indicator, "y")
 
-    return _with_legend(_panels(summary, controllers, indicators, draw, ROW_IN))
+    return _with_legend(_panels(summary, controllers, indicators, draw, ROW_IN, found))
 
 
 def _panels(
@@ -151,6 +161,7 @@ def _panels(
     indicators: Sequence[str],
     draw: Draw,
     height_in: float,
+    designs: Mapping[str, SeedDesign] | None = None,
 ) -> Figure:
     scenarios = list(dict.fromkeys(summary["scenario"]))
     with style():
@@ -160,16 +171,20 @@ def _panels(
         for row, indicator in zip(panels, indicators, strict=True):
             for axes, scenario in zip(row, scenarios, strict=True):
                 own = summary[summary["scenario"] == scenario]
-                draw(axes, indicator, [_values(own, name, indicator) for name in controllers])
+                design = (designs or {}).get(scenario, EACH_FOR_ITSELF)
+                values = [_values(own, name, indicator, design) for name in controllers]
+                draw(axes, indicator, values)
                 plain_frame(axes)
         for axes, scenario in zip(panels[0], scenarios, strict=True):
             axes.set_title(label_of(scenario), loc="left", color=INK)
     return figure
 
 
-def _values(summary: pd.DataFrame, controller: str, indicator: str) -> FloatArray:
+def _values(
+    summary: pd.DataFrame, controller: str, indicator: str, design: SeedDesign
+) -> FloatArray:
     own = summary[summary["controller"] == controller].sort_values("seed", kind="stable")
-    values = own[indicator].to_numpy(dtype=np.float64)
+    values = design.block_means(own[indicator].to_numpy(dtype=np.float64), own["seed"].to_numpy())
     known: FloatArray = values[~np.isnan(values)]
     return known
 

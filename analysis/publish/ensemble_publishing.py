@@ -12,6 +12,7 @@ from kankaku.analysis.publish.results_folder import FORMATS, Draw, Kind, publish
 from kankaku.analysis.tables.across_tables import DELAY, ENERGY, STOPS
 from kankaku.analysis.tables.columns import json_text
 from kankaku.analysis.tables.ensemble_tables import STUDY_TABLES
+from kankaku.railway.plan.seed_design import SeedDesign
 from kankaku.railway.step.records import Column
 
 FOUND = "study.json"
@@ -55,6 +56,7 @@ def publish_ensemble(  # noqa: PLR0913 - one argument per part of the folder
     *,
     indicators: Sequence[str] = (),
     formats: Sequence[str] = FORMATS,
+    designs: Mapping[str, SeedDesign] | None = None,
 ) -> None:
     """
     Write table, figures, findings, columns and plan.
@@ -77,6 +79,8 @@ def publish_ensemble(  # noqa: PLR0913 - one argument per part of the folder
         Columns of the summary that are drawn.
     formats
         Of the figures; none if empty.
+    designs
+        How the seeds of each scenario share their draws; each for itself if None.
     """
     made: dict[str, Draw] = {}
     if formats and len(summary):
@@ -91,7 +95,7 @@ def publish_ensemble(  # noqa: PLR0913 - one argument per part of the folder
         made = {
             "box": partial(box_figure, *shown),
             "ecdf": partial(ecdf_figure, *shown),
-            "running_mean": partial(running_mean_figure, *shown),
+            "running_mean": partial(running_mean_figure, *shown, designs),
         }
     texts = {FOUND: json_text(found)}
     frames = {"study": table}

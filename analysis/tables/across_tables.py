@@ -9,6 +9,7 @@ import pandas as pd
 from kankaku.analysis.tables.columns import rows_frame, rows_of
 from kankaku.analysis.tables.compare import comparison
 from kankaku.analysis.tables.indicators import INDICATOR_OF
+from kankaku.railway.plan.seed_design import EACH_FOR_ITSELF, SeedDesign
 from kankaku.railway.step.records import Column
 
 STOPS, CRAWL = "interstation_stop_time_s", "interstation_crawl_time_s"
@@ -75,6 +76,7 @@ def across_frame(
     summaries: Mapping[str, pd.DataFrame],
     controllers: Sequence[str],
     knows_future: Collection[str] = (),
+    designs: Mapping[str, SeedDesign] | None = None,
 ) -> pd.DataFrame:
     """
     Return the table ``across``.
@@ -87,6 +89,8 @@ def across_frame(
         What is compared in each of them, baseline first.
     knows_future
         Those of them that are told the drawn dwell delays.
+    designs
+        How the seeds of each scenario share their draws; each for itself if None.
 
     Returns
     -------
@@ -96,16 +100,19 @@ def across_frame(
     rows = (
         row
         for scenario, summary in summaries.items()
-        for row in _rows(scenario, summary, controllers)
+        for row in _rows(scenario, summary, controllers, (designs or {}).get(scenario))
     )
     told = ({**row, "knows_future": row["controller"] in knows_future} for row in rows)
     return rows_frame(told, ACROSS)
 
 
 def _rows(
-    scenario: str, summary: pd.DataFrame, controllers: Sequence[str]
+    scenario: str,
+    summary: pd.DataFrame,
+    controllers: Sequence[str],
+    design: SeedDesign | None,
 ) -> Iterator[dict[str, object]]:
-    compared = comparison(summary, SHOWN, controllers)
+    compared = comparison(summary, SHOWN, controllers, design or EACH_FOR_ITSELF)
     for controller in controllers:
         own = summary[summary["controller"] == controller]
         cells = rows_of(compared[compared["controller"] == controller])

@@ -15,6 +15,7 @@ import pandas as pd
 from kankaku.analysis.tables.columns import rows_frame
 from kankaku.analysis.tables.indicators import COMPARED, INDICATOR_OF
 from kankaku.railway.arrays import FloatArray
+from kankaku.railway.plan.seed_design import EACH_FOR_ITSELF, SeedDesign
 from kankaku.railway.step.records import Column
 
 COMPARISON = (
@@ -36,6 +37,7 @@ def comparison(
     summary: pd.DataFrame,
     indicators: Sequence[str] = (),
     controllers: Sequence[str] = (),
+    design: SeedDesign = EACH_FOR_ITSELF,
 ) -> pd.DataFrame:
     """
     Compare every controller with the first one.
@@ -53,6 +55,8 @@ def comparison(
     controllers
         Baseline first; those of the summary in their order if empty. One without a run has no
         mean, and nothing differs from a baseline without one.
+    design
+        How seeds share their draws. The interval is of the means over whole blocks of it.
 
     Returns
     -------
@@ -63,7 +67,7 @@ def comparison(
     """
     named = controllers or list(dict.fromkeys(summary["controller"]))
     told = indicators or told_indicators(summary)
-    return rows_frame(_rows(summary, told, named), COMPARISON)
+    return rows_frame(_rows(summary, told, named, design), COMPARISON)
 
 
 def told_indicators(summary: pd.DataFrame) -> list[str]:
@@ -84,13 +88,17 @@ def told_indicators(summary: pd.DataFrame) -> list[str]:
 
 
 def _rows(
-    summary: pd.DataFrame, indicators: Sequence[str], controllers: Sequence[str]
+    summary: pd.DataFrame,
+    indicators: Sequence[str],
+    controllers: Sequence[str],
+    design: SeedDesign,
 ) -> Iterator[dict[str, object]]:
     by_delays = summary.set_index(["seed", "initial_delay_s"])
     for controller in controllers:
         own = by_delays[by_delays["controller"] == controller]
         baseline = by_delays[by_delays["controller"] == controllers[0]]
         shared = own.index.intersection(baseline.index)
+        seeds = shared.get_level_values("seed").to_numpy()
         for indicator in indicators:
             values = own.loc[shared, indicator].to_numpy(dtype=np.float64)
             others = baseline.loc[shared, indicator].to_numpy(dtype=np.float64)
@@ -104,7 +112,7 @@ def _rows(
                 "pairs": len(shared),
                 "mean": float(own[indicator].mean()),
                 "difference": difference,
-                "confidence_95": half_width(differences),
+                "confidence_95": half_width(design.block_means(differences, seeds)),
                 "change_pct": change_pct(indicator, difference, reference),
             }
 

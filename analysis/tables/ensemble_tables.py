@@ -13,6 +13,7 @@ from kankaku.analysis.tables.compare import comparison, half_width, student
 from kankaku.analysis.tables.indicators import COMPARED, INDICATOR_OF
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.errors import KankakuError, suggesting
+from kankaku.railway.plan.seed_design import SeedDesign
 from kankaku.railway.step.records import Column
 
 LEVELS: Mapping[str, float] = {
@@ -49,7 +50,7 @@ _UNTIL = re.compile(r"\s*([A-Za-z]\w*)\s*(?:±|\+/?-)\s*([0-9]*\.?[0-9]+)\s*(\S+
 
 
 def study_frame(
-    summary: pd.DataFrame, scenarios: Sequence[str], controllers: Sequence[str]
+    summary: pd.DataFrame, scenarios: Mapping[str, SeedDesign], controllers: Sequence[str]
 ) -> pd.DataFrame:
     """
     Return the table ``study``.
@@ -59,7 +60,7 @@ def study_frame(
     summary
         The table ``summary`` of all runs that count, with a column ``scenario``.
     scenarios
-        Their order.
+        How their seeds share draws, in their order.
     controllers
         Baseline first.
 
@@ -70,24 +71,25 @@ def study_frame(
     """
     rows = (
         row
-        for scenario in scenarios
-        for row in _rows(scenario, summary[summary["scenario"] == scenario], controllers)
+        for scenario, design in scenarios.items()
+        for row in _rows(scenario, summary[summary["scenario"] == scenario], controllers, design)
     )
     return rows_frame(rows, STUDY)
 
 
 def _rows(
-    scenario: str, summary: pd.DataFrame, controllers: Sequence[str]
+    scenario: str, summary: pd.DataFrame, controllers: Sequence[str], design: SeedDesign
 ) -> Iterator[dict[str, object]]:
-    for cell in rows_of(comparison(summary, controllers=controllers)):
+    for cell in rows_of(comparison(summary, controllers=controllers, design=design)):
         own = summary[summary["controller"] == cell["controller"]]
         values = own[cell["indicator"]].to_numpy(dtype=np.float64)
         known = values[~np.isnan(values)]
+        means = design.block_means(values, own["seed"].to_numpy())
         yield {
             "scenario": scenario,
             **cell,
             "runs": len(own),
-            "mean_confidence_95": half_width(known),
+            "mean_confidence_95": half_width(means[~np.isnan(means)]),
             "deviation": float(known.std(ddof=1)) if known.size > 1 else np.nan,
             **{
                 name: float(np.quantile(known, level)) if known.size else np.nan
@@ -103,7 +105,7 @@ def running_means(values: FloatArray) -> tuple[FloatArray, FloatArray]:
     Parameters
     ----------
     values
-        Of independent runs, in order. shape (n,)
+        Of independent runs, or means of independent blocks of runs, in order. shape (n,)
 
     Returns
     -------
@@ -145,7 +147,8 @@ class Precision:
         Parameters
         ----------
         values
-            The indicator in independent runs. shape (n,)
+            The indicator in independent runs, or its means over independent blocks of runs.
+            shape (n,)
 
         Returns
         -------

@@ -44,6 +44,7 @@ from kankaku.commands.shared_options import (
     Version,
 )
 from kankaku.railway import first_use
+from kankaku.railway.plan.design_names import INDEPENDENT
 from kankaku.railway.step.engine_ways import EVERY_STEP
 
 RUN = "run"
@@ -208,6 +209,7 @@ def study(  # noqa: PLR0913, PLR0917 - one argument per option of the command li
     until: study_options.Until = None,
     scheduler: study_options.Scheduler = None,
     engine: study_options.EngineOrNot = None,
+    draws: study_options.Draws = INDEPENDENT,
     trajectories: study_options.Trajectories = False,
     indicator: study_options.Drawn = None,
     image: study_options.Images = None,
@@ -226,7 +228,13 @@ def study(  # noqa: PLR0913, PLR0917 - one argument per option of the command li
         "jobs": jobs,
         "fresh": fresh,
     }
-    wanted = {"engine": engine, "shard": shard, "until": until, "trajectories": trajectories}
+    wanted = {
+        "engine": engine,
+        "shard": shard,
+        "until": until,
+        "draws": draws,
+        "trajectories": trajectories,
+    }
     drawing = (indicator or (), image or ())
     status = ensemble_shown.run_many(scenarios, out, choices, wanted, scheduler, drawing)
     _open_page(out, opened)

@@ -222,7 +222,7 @@ def _show_findings(findings: EnsembleFindings, folder: Path) -> None:
         scenario.name: findings.summary[findings.summary["scenario"] == scenario.name]
         for scenario in plan.scenarios
     }
-    table = across_frame(summaries, plan.controllers, plan.knows_future)
+    table = across_frame(summaries, plan.controllers, plan.knows_future, plan.designs)
     for line in (*across_lines(table), *across_note(table), *_notes(findings)):
         answers.print(line, soft_wrap=True, markup=False, highlight=False)
     answers.print(f"Results: {folder}", soft_wrap=True, markup=False)

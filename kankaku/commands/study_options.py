@@ -6,6 +6,7 @@ from typing import Annotated, TypeAlias
 import typer
 
 from kankaku.commands.shared_options import ENGINE_HELP, OUT
+from kankaku.railway.plan.design_names import DESIGNS
 
 STUDY_OUT = OUT / "study"
 Controllers: TypeAlias = Annotated[
@@ -39,6 +40,12 @@ EngineOrNot: TypeAlias = Annotated[
     str | None,
     typer.Option(
         help=ENGINE_HELP, show_default="witness of several seeds, every_step of a single one"
+    ),
+]
+Draws: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        metavar="|".join(DESIGNS), help="How the seeds of a study share their dwell draws."
     ),
 ]
 Trajectories: TypeAlias = Annotated[

@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ import pandas as pd
 
 from kankaku.analysis.tables.ensemble_tables import Precision, precision_of
 from kankaku.railway.errors import KankakuError
+from kankaku.railway.plan.design_names import BLOCK_SIZES, INDEPENDENT
+from kankaku.railway.plan.seed_design import SeedDesign, seed_design
 from kankaku.railway.step.engine_ways import EVERY_STEP
 from kankaku.store.dataset_store import EnsembleTask, Saved
 from kankaku.store.run_store import Origin
@@ -20,6 +23,8 @@ LOOK_EVERY = 10
 """Seeds of a batch, after which a study that stops by itself looks whether it may. [-]"""
 FIRST_LOOK = 2
 """Batches before the first look: of a few runs the spread is too uncertain. [-]"""
+LEAST_BLOCKS = 5
+"""Blocks of a batch at least, where seeds come in blocks. [-]"""
 
 
 class EnsembleError(KankakuError):
@@ -50,6 +55,15 @@ class Plan:
     engine: str
     trajectories: bool
     until: str | None
+    draws: str = INDEPENDENT
+    """One of :data:`~kankaku.railway.plan.design_names.DESIGNS`."""
+
+    def __post_init__(self) -> None:
+        size = BLOCK_SIZES[self.draws]
+        if self.seeds % size:
+            where = "--seeds"
+            problem = f"{self.seeds} seeds are not so many whole blocks of {size} ({self.draws})"
+            raise EnsembleError(where, problem, f"a multiple of {size}")
 
     @property
     def seeds(self) -> int:
@@ -64,10 +78,18 @@ class Plan:
     @property
     def batches(self) -> list[range]:
         """Numbers of the seeds that are run before somebody looks."""
-        every = LOOK_EVERY if self.until else self.seeds
+        size = BLOCK_SIZES[self.draws]
+        # Nobody looks while a block is not whole, or at the spread of a few blocks.
+        every = LOOK_EVERY if size == 1 else size * max(LEAST_BLOCKS, ceil(LOOK_EVERY / size))
+        every = every if self.until else self.seeds
         return [
             range(first, min(first + every, self.seeds)) for first in range(0, self.seeds, every)
         ]
+
+    @cached_property
+    def designs(self) -> dict[str, SeedDesign]:
+        """How the seeds of each scenario share their draws; blocks begin with its first seed."""
+        return {one.name: seed_design(self.draws, one.first_seed) for one in self.scenarios}
 
     def tasks(self, numbers: Sequence[int]) -> list[EnsembleTask]:
         """
@@ -177,8 +199,11 @@ class Plan:
             own = summary[summary["scenario"] == scenario.name]
             own = own[own["seed"] < scenario.first_seed + seeds]
             for controller in self.controllers:
-                values = own.loc[own["controller"] == controller, self.precision.indicator]
-                found[scenario.name, controller] = self.precision.half(values.to_numpy(float))
+                runs = own[own["controller"] == controller]
+                means = self.designs[scenario.name].block_means(
+                    runs[self.precision.indicator].to_numpy(float), runs["seed"].to_numpy()
+                )
+                found[scenario.name, controller] = self.precision.half(means)
         return found
 
     def differences(self, other: "Plan") -> list[str]:
@@ -197,7 +222,7 @@ class Plan:
         """
         words = [
             word
-            for word in ("controllers", "engine", "trajectories", "until")
+            for word in ("controllers", "engine", "trajectories", "until", "draws")
             if getattr(self, word) != getattr(other, word)
         ]
         if [one.name for one in self.scenarios] != [one.name for one in other.scenarios]:
@@ -213,6 +238,9 @@ class Plan:
     def told(self) -> dict[str, Any]:
         """Return the plan as plain data for JSON."""
         told: dict[str, Any] = json.loads(json.dumps(asdict(self)))
+        if self.draws == INDEPENDENT:
+            # As in plans that were written before there was a choice.
+            del told["draws"]
         return told
 
 

@@ -21,6 +21,7 @@ from kankaku.analysis.tables.columns import json_text, read_csv, write_whole
 from kankaku.analysis.tables.run_tables import RunTables, table_file, write_run
 from kankaku.controllers import registry
 from kankaku.railway.plan.scenario import UNSUPERVISED, ControllerSpec, Scenario
+from kankaku.railway.plan.seed_design import EACH_FOR_ITSELF
 from kankaku.railway.step.engine_ways import EVERY_STEP
 from kankaku.railway.step.records import RAW_TABLES, UNFINISHED, VIOLATIONS
 from kankaku.store.disk import to_disk
@@ -37,6 +38,8 @@ COMPARED: Mapping[str, str] = {
     "content_sha256": "scenario as changed by a script",
     "step_s": "step",
     "engine": "engine",
+    "draws": "draws",
+    "draws_phase": "first seed of a pair or block",
     "controller": "options of the controller",
     "versions": "versions",
     "sources_sha256": "sources of the program",
@@ -102,7 +105,7 @@ class Kept:
         keys = [key for key in COMPARED if options or key != "controller"]
         if self.told.get("scenario_sha256") != origin["scenario_sha256"]:
             keys.remove("content_sha256")
-        return [COMPARED[key] for key in keys if self.told.get(key) != origin[key]]
+        return [COMPARED[key] for key in keys if self.told.get(key) != origin.get(key)]
 
 
 def origin_of(
@@ -127,13 +130,16 @@ def origin_of(
     Origin
         Digests, options and versions.
     """
-    content = replace(scenario, controllers=(), warnings=())
+    design = scenario.dwell_delays.design
+    delays = replace(scenario.dwell_delays, design=EACH_FOR_ITSELF)
+    content = replace(scenario, controllers=(), warnings=(), dwell_delays=delays)
     origin = {
         "scenario": scenario.name,
         "scenario_sha256": scenario.digest,
         "content_sha256": content_sha256(content),
         "step_s": step_s,
         "engine": engine,
+        **design.told(),
         "controller": controller_told(spec),
         "versions": {name: version(name) for name in VERSIONED},
         "sources_sha256": sources_sha256(),

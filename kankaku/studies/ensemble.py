@@ -3,14 +3,17 @@
 import hashlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from kankaku.analysis.tables.ensemble_tables import precision_of
 from kankaku.controllers.choosing import foretold
+from kankaku.railway.errors import suggesting
+from kankaku.railway.plan.design_names import DESIGNS, INDEPENDENT
 from kankaku.railway.plan.scenario import ControllerSpec
+from kankaku.railway.plan.seed_design import seed_design
 from kankaku.railway.step.engine_ways import EVERY_STEP, WITNESS
 from kankaku.store.dataset_store import EnsembleTask
 from kankaku.store.ensemble_plan import EnsembleError, Plan, Planned
@@ -121,6 +124,13 @@ def shard_of(text: str) -> Shard:
     return part
 
 
+def _drawing(study: Study, draws: str) -> Study:
+    """Return a study whose seeds share their draws in a way."""
+    delays = study.scenario.dwell_delays
+    drawn = replace(delays, design=seed_design(draws, study.seeds[0]))
+    return replace(study, scenario=replace(study.scenario, dwell_delays=drawn))
+
+
 def choose_ensemble(
     scenarios: Sequence[str | Path],
     choices: Mapping[str, Any],
@@ -128,6 +138,7 @@ def choose_ensemble(
     engine: str | None = None,
     trajectories: bool = False,
     until: str | None = None,
+    draws: str = INDEPENDENT,
     shard: str | None = None,
 ) -> Ensemble:
     """
@@ -146,6 +157,8 @@ def choose_ensemble(
         Keep the trajectories, too.
     until
         Precision at which the study stops by itself, as :func:`precision_of` reads it.
+    draws
+        How seeds share their draws, one of :data:`~kankaku.railway.plan.design_names.DESIGNS`.
     shard
         Which part of the runs, as :func:`shard_of` reads it.
 
@@ -165,7 +178,12 @@ def choose_ensemble(
         where = "--until"
         raise EnsembleError(where, "a part of a study does not see the others", "without --shard")
     engine = engine or (WITNESS if choices.get("seeds", 1) > 1 else EVERY_STEP)
-    studies = choose_across(scenarios, {**choices, "engine": engine})
+    if draws not in DESIGNS:
+        allowed = suggesting(draws, DESIGNS, ", ".join(DESIGNS))
+        where = "--draws"
+        raise EnsembleError(where, f"there is no {draws!r}", allowed)
+    found = choose_across(scenarios, {**choices, "engine": engine})
+    studies = tuple(_drawing(study, draws) for study in found)
     plan = Plan(
         scenarios=tuple(
             Planned(
@@ -183,5 +201,6 @@ def choose_ensemble(
         engine=engine,
         trajectories=trajectories,
         until=str(wanted) if wanted else None,
+        draws=draws,
     )
     return Ensemble(studies, plan, part)

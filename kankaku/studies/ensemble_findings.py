@@ -12,6 +12,7 @@ from kankaku.analysis.publish.ensemble_publishing import ensemble_results, publi
 from kankaku.analysis.publish.results_folder import FORMATS
 from kankaku.analysis.tables.columns import rows_frame, rows_of
 from kankaku.analysis.tables.ensemble_tables import largest_difference, study_frame
+from kankaku.railway.plan.design_names import INDEPENDENT
 from kankaku.railway.step.engine_ways import EVERY_STEP
 from kankaku.store.dataset_store import DATASET, MAIN, PARTS, EnsembleTask, Saved, saved_runs
 from kankaku.store.ensemble_plan import PLAN, Plan
@@ -114,8 +115,7 @@ def findings_of(folder: Path, plan: Plan, saved: Mapping[EnsembleTask, Saved]) -
     ends = {scenario.name: scenario.first_seed + seeds for scenario in plan.scenarios}
     runs = zip(summary["scenario"], summary["seed"], strict=True)
     counted = summary[[seed < ends[name] for name, seed in runs]].reset_index(drop=True)
-    names = [scenario.name for scenario in plan.scenarios]
-    table = study_frame(counted, names, plan.controllers)
+    table = study_frame(counted, plan.designs, plan.controllers)
     missing = tuple(task for task in tasks if task not in saved)
     there = [(task, saved[task].note) for task in tasks if task in saved]
     told = {
@@ -123,6 +123,7 @@ def findings_of(folder: Path, plan: Plan, saved: Mapping[EnsembleTask, Saved]) -
         "first_seed": {scenario.name: scenario.first_seed for scenario in plan.scenarios},
         "until": _until(plan, counted, seeds),
         "engine": plan.engine,
+        **({} if plan.draws == INDEPENDENT else {"draws": plan.draws}),
         "engines_compared": _engines_compared(folder, plan, saved),
         "missing": [str(task) for task in missing],
         "results": list(_results(table)),
@@ -238,4 +239,5 @@ def publish_findings(folder: Path, findings: EnsembleFindings, drawing: Drawing)
         findings.plan.told(),
         indicators=drawing.indicators,
         formats=drawing.formats,
+        designs=findings.plan.designs,
     )

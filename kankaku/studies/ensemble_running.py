@@ -269,7 +269,7 @@ class EnsembleRunning:
         if not same:
             # Another scenario may lie beside these; the program has to be the same.
             first = plan.scenarios[0].origins[plan.controllers[0]]
-            program = {key: first[key] for key in ("versions", "sources_sha256")}
+            program = {key: first.get(key) for key in ("versions", "sources_sha256", "draws")}
             return saved.differences({**saved.note, **program, "engine": engine})
         own = task.controller in same[0].origins
         origin = same[0].origins[task.controller if own else plan.controllers[0]]

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
+from kankaku.railway.plan.seed_design import EACH_FOR_ITSELF, SeedDesign
 from kankaku.railway.plan.timetable import Timetable
-from kankaku.railway.randomness import stream
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +39,8 @@ class DwellDelays:
     trip_correlation: float = 0.0
     """Lag-1 correlation of the normal scores along a trip. [-]"""
     overstays: tuple[Overstay, ...] = ()
+    design: SeedDesign = EACH_FOR_ITSELF
+    """How the draws of different seeds hang together."""
 
     def overstaying(self, overstay: Overstay) -> "DwellDelays":
         """
@@ -80,9 +82,9 @@ class DwellDelays:
         drawn = np.zeros((len(timetable.services), most_calls))
         innovation = np.sqrt(1.0 - self.trip_correlation**2)
         for row, service in enumerate(timetable.services):
-            score = stream(seed, "dwell", service.train, "origin").standard_normal()
+            score = self.design.normal(seed, "dwell", service.train, "origin")
             for column, call in enumerate(service.calls):
-                fresh = stream(seed, "dwell", service.train, call.station).standard_normal()
+                fresh = self.design.normal(seed, "dwell", service.train, call.station)
                 score = self.trip_correlation * score + innovation * fresh
                 measured = np.interp(ndtr(score), self.levels, self.delays_s)
                 factor = self.scale * call.delay_scale

@@ -18,6 +18,7 @@ from kankaku.analysis.tables.ensemble_tables import (
 from kankaku.analysis.tables.indicators import INDICATOR_OF
 from kankaku.analysis.tables.parquet_bytes import note_of, parquet_bytes
 from kankaku.commands.ensemble_shown import RunRate, drawing_of
+from kankaku.railway.plan.seed_design import EACH_FOR_ITSELF
 from kankaku.railway.step.records import Column
 from kankaku.store.ensemble_plan import EnsembleError
 from tests.unit.test_across import run, summary
@@ -37,7 +38,7 @@ def both(*stops_s: tuple[float, float]) -> pd.DataFrame:
 
 def test_the_table_has_means_paired_intervals_and_quantiles() -> None:
     runs = both((10.0, 5.0), (20.0, 11.0), (60.0, 20.0))
-    table = study_frame(runs, ["metro"], ["plain", "other"])
+    table = study_frame(runs, {"metro": EACH_FOR_ITSELF}, ["plain", "other"])
     row = table[(table["controller"] == "other") & (table["indicator"] == STOPS)].iloc[0]
     assert (row["runs"], row["pairs"], row["mean"], row["difference"]) == (3, 3, 12.0, -18.0)
     # Student's 4.3027 of two degrees of freedom.
