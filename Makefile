@@ -8,6 +8,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 .PHONY: rush-hour explained capacity radio availability sakai takaoka test deep check in-turn format lint types contracts bench seeds map yizhuang terminals interval driving steps limits reserve losses approach stress sensitivity fuzz kills mutants results docs clean
+.PHONY: rush-hour capacity radio availability sakai takaoka test deep check in-turn format lint types contracts bench seeds map yizhuang terminals interval driving steps limits reserve losses approach stress sensitivity variance fuzz kills mutants results docs clean
 
 # A target makes its results anew: after an edit of the program earlier runs are refused.
 rush-hour: $(READY)
@@ -133,6 +134,10 @@ losses: $(READY)
 # Which doubtful assumption of the rush hour decides; goes on where it was ended.
 sensitivity: $(READY)
 	$(BIN)/python -m tools.sensitivity
+
+# Widths of intervals where seeds share draws, at equal cost; writes out/variance.md, goes on where it was ended.
+variance: $(READY)
+	$(BIN)/python -m tools.variance
 
 # Harmed scenario folders by the thousand: no traceback, no hang, no unsafe run.
 fuzz: $(READY)

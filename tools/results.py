@@ -3,8 +3,8 @@ Write the result tables of the documentation from ``out/``: ``make results``.
 
 Reads what the make targets ``rush-hour``, ``capacity``, ``radio``, ``availability``, ``sakai``,
 ``takaoka``, ``seeds``, ``approach``, ``stress``, ``map``, ``yizhuang``, ``limits``, ``reserve``,
-``losses``, ``steps``, ``interval``, ``driving``, ``sensitivity`` and ``bench`` left, and replaces
-the text between ``<!-- name -->`` and ``<!-- end -->``.
+``losses``, ``steps``, ``interval``, ``driving``, ``sensitivity``, ``variance`` and ``bench``
+left, and replaces the text between ``<!-- name -->`` and ``<!-- end -->``.
 """
 
 import json
@@ -382,6 +382,8 @@ def main() -> None:
     _replace(model, "steps", steps_table)
     for name in ("assumptions", "effects", "conclusion"):
         _replace(PROJECT / "docs" / "sensitivity.md", f"doubted-{name}", partial(doubted, name))
+    ensembles = PROJECT / "docs" / "guide" / "ensembles.md"
+    _replace(ensembles, "variance", lambda: (OUT / "variance.md").read_text("utf-8").strip())
     papers = PROJECT / "docs" / "papers.md"
     _replace(papers, "sakai", sakai_table)
     _replace(papers, "sato", sato_table)

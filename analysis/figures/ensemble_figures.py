@@ -120,7 +120,7 @@ def running_mean_figure(
         As of :func:`box_figure`.
     designs
         How the seeds of each scenario share their draws; each for itself if None. A mean is drawn
-        after each whole block.
+        after each whole replicate.
 
     Returns
     -------
@@ -128,7 +128,7 @@ def running_mean_figure(
         A line with a band per controller.
     """
     found = designs or {}
-    # One design for all scenarios: only where their blocks begin may differ.
+    # One design for all scenarios: only where their replicates begin may differ.
     size = max((design.size for design in found.values()), default=1)
 
     def draw(axes: Axes, indicator: str, values: list[FloatArray]) -> None:
@@ -184,7 +184,9 @@ def _values(
     summary: pd.DataFrame, controller: str, indicator: str, design: SeedDesign
 ) -> FloatArray:
     own = summary[summary["controller"] == controller].sort_values("seed", kind="stable")
-    values = design.block_means(own[indicator].to_numpy(dtype=np.float64), own["seed"].to_numpy())
+    values = design.replicate_means(
+        own[indicator].to_numpy(dtype=np.float64), own["seed"].to_numpy()
+    )
     known: FloatArray = values[~np.isnan(values)]
     return known
 

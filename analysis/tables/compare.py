@@ -56,7 +56,7 @@ def comparison(
         Baseline first; those of the summary in their order if empty. One without a run has no
         mean, and nothing differs from a baseline without one.
     design
-        How seeds share their draws. The interval is of the means over whole blocks of it.
+        How seeds share their draws. The interval is of the means over whole replicates of it.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def _rows(
                 "pairs": len(shared),
                 "mean": float(own[indicator].mean()),
                 "difference": difference,
-                "confidence_95": half_width(design.block_means(differences, seeds)),
+                "confidence_95": half_width(design.replicate_means(differences, seeds)),
                 "change_pct": change_pct(indicator, difference, reference),
             }
 

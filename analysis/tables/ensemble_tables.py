@@ -84,7 +84,7 @@ def _rows(
         own = summary[summary["controller"] == cell["controller"]]
         values = own[cell["indicator"]].to_numpy(dtype=np.float64)
         known = values[~np.isnan(values)]
-        means = design.block_means(values, own["seed"].to_numpy())
+        means = design.replicate_means(values, own["seed"].to_numpy())
         yield {
             "scenario": scenario,
             **cell,
@@ -105,7 +105,7 @@ def running_means(values: FloatArray) -> tuple[FloatArray, FloatArray]:
     Parameters
     ----------
     values
-        Of independent runs, or means of independent blocks of runs, in order. shape (n,)
+        Of independent runs, or means of independent replicates of runs, in order. shape (n,)
 
     Returns
     -------
@@ -147,7 +147,7 @@ class Precision:
         Parameters
         ----------
         values
-            The indicator in independent runs, or its means over independent blocks of runs.
+            The indicator in independent runs, or its means over independent replicates of runs.
             shape (n,)
 
         Returns

@@ -12,7 +12,7 @@ import pandas as pd
 
 from kankaku.analysis.tables.ensemble_tables import Precision, precision_of
 from kankaku.railway.errors import KankakuError
-from kankaku.railway.plan.design_names import BLOCK_SIZES, INDEPENDENT
+from kankaku.railway.plan.design_names import INDEPENDENT, REPLICATE_SIZES
 from kankaku.railway.plan.seed_design import SeedDesign, seed_design
 from kankaku.railway.step.engine_ways import EVERY_STEP
 from kankaku.store.dataset_store import EnsembleTask, Saved
@@ -23,8 +23,8 @@ LOOK_EVERY = 10
 """Seeds of a batch, after which a study that stops by itself looks whether it may. [-]"""
 FIRST_LOOK = 2
 """Batches before the first look: of a few runs the spread is too uncertain. [-]"""
-LEAST_BLOCKS = 5
-"""Blocks of a batch at least, where seeds come in blocks. [-]"""
+LEAST_REPLICATES = 5
+"""Replicates of a batch at least, where seeds come in replicates. [-]"""
 
 
 class EnsembleError(KankakuError):
@@ -59,10 +59,10 @@ class Plan:
     """One of :data:`~kankaku.railway.plan.design_names.DESIGNS`."""
 
     def __post_init__(self) -> None:
-        size = BLOCK_SIZES[self.draws]
+        size = REPLICATE_SIZES[self.draws]
         if self.seeds % size:
             where = "--seeds"
-            problem = f"{self.seeds} seeds are not so many whole blocks of {size} ({self.draws})"
+            problem = f"{self.seeds} seeds are no whole replicates of {size} ({self.draws})"
             raise EnsembleError(where, problem, f"a multiple of {size}")
 
     @property
@@ -78,9 +78,9 @@ class Plan:
     @property
     def batches(self) -> list[range]:
         """Numbers of the seeds that are run before somebody looks."""
-        size = BLOCK_SIZES[self.draws]
-        # Nobody looks while a block is not whole, or at the spread of a few blocks.
-        every = LOOK_EVERY if size == 1 else size * max(LEAST_BLOCKS, ceil(LOOK_EVERY / size))
+        size = REPLICATE_SIZES[self.draws]
+        # Nobody looks while a replicate is not whole, or at the spread of a few replicates.
+        every = LOOK_EVERY if size == 1 else size * max(LEAST_REPLICATES, ceil(LOOK_EVERY / size))
         every = every if self.until else self.seeds
         return [
             range(first, min(first + every, self.seeds)) for first in range(0, self.seeds, every)
@@ -88,7 +88,7 @@ class Plan:
 
     @cached_property
     def designs(self) -> dict[str, SeedDesign]:
-        """How the seeds of each scenario share their draws; blocks begin with its first seed."""
+        """How the seeds of each scenario share their draws, from its first seed on."""
         return {one.name: seed_design(self.draws, one.first_seed) for one in self.scenarios}
 
     def tasks(self, numbers: Sequence[int]) -> list[EnsembleTask]:
@@ -200,7 +200,7 @@ class Plan:
             own = own[own["seed"] < scenario.first_seed + seeds]
             for controller in self.controllers:
                 runs = own[own["controller"] == controller]
-                means = self.designs[scenario.name].block_means(
+                means = self.designs[scenario.name].replicate_means(
                     runs[self.precision.indicator].to_numpy(float), runs["seed"].to_numpy()
                 )
                 found[scenario.name, controller] = self.precision.half(means)

@@ -39,7 +39,7 @@ COMPARED: Mapping[str, str] = {
     "step_s": "step",
     "engine": "engine",
     "draws": "draws",
-    "draws_phase": "first seed of a pair or block",
+    "draws_phase": "first seed of a replicate",
     "controller": "options of the controller",
     "versions": "versions",
     "sources_sha256": "sources of the program",

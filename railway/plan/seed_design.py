@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.plan.design_names import BLOCK_SIZES, INDEPENDENT, LATIN_HYPERCUBE
+from kankaku.railway.plan.design_names import INDEPENDENT, LATIN_HYPERCUBE, REPLICATE_SIZES
 from kankaku.railway.randomness import stream
 
 _LEAST = 2.0**-53
@@ -18,8 +18,8 @@ class SeedDesign:
     How the seeds of a study share their draws.
 
     A single seed draws the same distribution in every design; designs differ in how the seeds of
-    a block hang together. A mean over whole blocks is unbiased, and its spread is that of the
-    means of blocks.
+    a replicate hang together. A mean over whole replicates is unbiased, and its spread is that of
+    the means of replicates.
 
     References
     ----------
@@ -32,16 +32,16 @@ class SeedDesign:
     name: str = INDEPENDENT
     """One of :data:`~kankaku.railway.plan.design_names.DESIGNS`."""
     phase: int = 0
-    """Blocks begin at seeds that leave this rest when divided by the size of a block. [-]"""
+    """Replicates begin at seeds that leave this rest when divided by their size. [-]"""
 
     @property
     def size(self) -> int:
-        """Seeds of a block. [-]"""
-        return BLOCK_SIZES[self.name]
+        """Seeds of a replicate. [-]"""
+        return REPLICATE_SIZES[self.name]
 
-    def blocks(self, seeds: IntArray) -> IntArray:
+    def replicates(self, seeds: IntArray) -> IntArray:
         """
-        Return in which blocks seeds are.
+        Return in which replicates seeds are.
 
         Parameters
         ----------
@@ -51,14 +51,14 @@ class SeedDesign:
         Returns
         -------
         IntArray
-            The same number for seeds of one block. [-], shape (n,)
+            The same number for seeds of one replicate. [-], shape (n,)
         """
         found: IntArray = (seeds - self.phase) // self.size
         return found
 
-    def block_means(self, values: FloatArray, seeds: IntArray) -> FloatArray:
+    def replicate_means(self, values: FloatArray, seeds: IntArray) -> FloatArray:
         """
-        Return the means of whole blocks, which are independent.
+        Return the means of whole replicates, which are independent.
 
         Parameters
         ----------
@@ -70,13 +70,15 @@ class SeedDesign:
         Returns
         -------
         FloatArray
-            In order of the blocks; nan where a value of the block is. Where every seed is a block
-            of its own, the values as they stand. Same unit, shape (n_whole_blocks,)
+            In order of the replicates; nan where one of the values is. Where every seed is a
+            replicate of its own, the values as they stand. Same unit, shape (n_whole_replicates,)
         """
         if self.size == 1:
             return values
-        _, block, members = np.unique(self.blocks(seeds), return_inverse=True, return_counts=True)
-        sums = np.bincount(block, weights=values, minlength=members.size)
+        _, replicate, members = np.unique(
+            self.replicates(seeds), return_inverse=True, return_counts=True
+        )
+        sums = np.bincount(replicate, weights=values, minlength=members.size)
         means: FloatArray = sums[members == self.size] / self.size
         return means
 
@@ -127,7 +129,7 @@ EACH_FOR_ITSELF = SeedDesign()
 
 def seed_design(name: str, first_seed: int) -> SeedDesign:
     """
-    Return a design whose first block begins with a seed.
+    Return a design whose first replicate begins with a seed.
 
     Parameters
     ----------
@@ -139,6 +141,6 @@ def seed_design(name: str, first_seed: int) -> SeedDesign:
     Returns
     -------
     SeedDesign
-        Equal wherever the same blocks come of it.
+        Equal wherever the same replicates come of it.
     """
-    return SeedDesign(name, first_seed % BLOCK_SIZES[name])
+    return SeedDesign(name, first_seed % REPLICATE_SIZES[name])
