@@ -26,6 +26,7 @@ from kankaku.commands.screen import (
     show_warnings,
 )
 from kankaku.railway.errors import suggesting
+from kankaku.railway.plan.design_names import INDEPENDENT, REPLICATE_SIZES
 from kankaku.store.ensemble_plan import EnsembleError
 from kankaku.studies.ensemble import Ensemble, choose_ensemble
 from kankaku.studies.ensemble_findings import Drawing, EnsembleFindings
@@ -248,6 +249,10 @@ def _notes(findings: EnsembleFindings) -> Iterator[str]:
         known = [row["half_width"] for row in until["half_widths"]]
         worst = "unknown" if None in known else f"±{max(known):.3g} {until['unit']}"
         yield f"{until['wanted']}: not reached with {seeds}; the widest interval is {worst}."
+    if findings.plan.draws != INDEPENDENT:
+        draws = findings.plan.draws
+        told = f"intervals are of means over {REPLICATE_SIZES[draws]} seeds"
+        yield f"Seeds share their draws ({draws}): {told}."
     if engines is not None and engines["runs"]:
         worst = engines["largest_relative_difference"]
         rows = engines["runs"]
