@@ -12,7 +12,7 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.state import NO_VERSION, LineState, RadioState
 
 
-class Said(NamedTuple):
+class Spoken(NamedTuple):
     """What trains said in the last cycles, whether it has arrived or not; a slot for each."""
 
     cycle: IntArray
@@ -41,7 +41,7 @@ class Reports(NamedTuple):
     """Since when it stood at that call; inf if it was on its way. [s]"""
     next_s: float
     """When the next reports are made. [s]"""
-    said: Said
+    said: Spoken
     """What may still arrive."""
 
 
@@ -73,7 +73,7 @@ def no_reports(world: World, spec: RadioSpec) -> Reports:
         np.zeros(size, dtype=np.intp),
         np.full(size, np.inf),
         -np.inf,
-        Said(
+        Spoken(
             np.full(slots, NEVER),
             np.zeros(shape),
             np.zeros(shape),
@@ -108,7 +108,7 @@ def take_reports(reports: Reports, state: LineState, radio: RadioState, spec: Ra
         trains = state.front_m, state.speed_mps, state.running
         calls = state.next_call, state.arrival_s
         next_s, said = spoken(state.time_s, trains, calls, tuple(known.said), spec.cycle_s)
-        known = known._replace(next_s=next_s, said=Said(*said))
+        known = known._replace(next_s=next_s, said=Spoken(*said))
     if radio.reports_version != reports.version:
         before = known.known_s, known.front_m, known.speed_mps, known.call, known.stopped_s
         after = arrived(radio.reported, before, tuple(known.said), spec.cycle_s)
@@ -136,21 +136,21 @@ def spoken(
     calls
         Calls ahead, and when the last ones began. [-] and [s], shape (n_trains,) each
     said_fields
-        Of :class:`Said`, of the cycles before.
+        Of :class:`Spoken`, of the cycles before.
     cycle_s
         Length of a cycle. [s]
 
     Returns
     -------
     tuple[float, Plain]
-        When they report next [s], and the fields of :class:`Said`.
+        When they report next [s], and the fields of :class:`Spoken`.
     """
     (front_m, speed_mps, running), (next_call, arrival_s), before = (
         trains,
         calls,
-        Said(*said_fields),
+        Spoken(*said_fields),
     )
-    said = Said(
+    said = Spoken(
         before.cycle.copy(),
         before.front_m.copy(),
         before.speed_mps.copy(),
@@ -182,7 +182,7 @@ def arrived(
     before
         When reports were made [s], fronts, speeds, calls and since when trains stand there, before.
     said_fields
-        Of :class:`Said`.
+        Of :class:`Spoken`.
     cycle_s
         Length of a cycle. [s]
 
@@ -191,7 +191,7 @@ def arrived(
     tuple[FloatArray, FloatArray, FloatArray, IntArray, FloatArray]
         The same now.
     """
-    said, known_s = Said(*said_fields), np.full(reported.size, -np.inf)
+    said, known_s = Spoken(*said_fields), np.full(reported.size, -np.inf)
     _, front_m, speed_mps, call, stopped_s = before
     front_m, speed_mps = front_m.copy(), speed_mps.copy()
     call, stopped_s = call.copy(), stopped_s.copy()

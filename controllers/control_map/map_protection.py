@@ -25,7 +25,7 @@ import numpy as np
 from kankaku.controllers.ceiling import LineCeiling, braked_to_mps
 from kankaku.controllers.centre.reports import (
     Reports,
-    Said,
+    Spoken,
     emergency,
     no_reports,
     radio_of,
@@ -203,7 +203,7 @@ class ControlMap:
         told = front_m, speed_mps, call, stopped_s
         return Memory(
             # What has arrived in between was not looked at before the next map.
-            Reports(NO_VERSION, known_s, *told, next_report_s, Said(*said)),
+            Reports(NO_VERSION, known_s, *told, next_report_s, Spoken(*said)),
             MapPlan(*plan),
             Sent(*sent),
             next_s,

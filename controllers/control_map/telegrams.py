@@ -68,7 +68,7 @@ def nothing_sent(size: int) -> Sent:
     return Sent(never, never_s, *kept, no_train, NEVER, nowhere, nothing, nothing)
 
 
-class Commands(NamedTuple):
+class MapCommands(NamedTuple):
     """What a map commands; one telegram."""
 
     eoa_m: FloatArray
@@ -96,7 +96,7 @@ def commands_of(plan_fields: Plain, brake_fields: Plain, tolerance_m: float) -> 
     Returns
     -------
     Plain
-        The fields of :class:`Commands`.
+        The fields of :class:`MapCommands`.
     """
     plan, braking = MapPlan(*plan_fields), BrakeTable(*brake_fields)
     size = plan.place.size
@@ -129,7 +129,7 @@ def added(
     when
         In which cycle, and when it is sent. [-] and [s]
     command_fields
-        Of :class:`Commands`, plain.
+        Of :class:`MapCommands`, plain.
     plan_fields
         Of the :class:`~kankaku.controllers.control_map.planned_map.MapPlan` behind it, plain.
 
@@ -138,7 +138,7 @@ def added(
     Plain
         The fields of :class:`Sent`, in new arrays.
     """
-    before, commands, plan = Sent(*sent_fields), Commands(*command_fields), MapPlan(*plan_fields)
+    before, commands, plan = Sent(*sent_fields), MapCommands(*command_fields), MapPlan(*plan_fields)
     cycle, sent_s = before.cycle.copy(), before.sent_s.copy()
     eoa_m, speed_mps = before.eoa_m.copy(), before.speed_mps.copy()
     free_m, furthest_m = before.free_m.copy(), before.furthest_m.copy()
