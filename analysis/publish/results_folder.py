@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import pandas as pd
 
 from kankaku.analysis.results import COLUMNS, columns_frame
-from kankaku.analysis.tables.columns import csv_text, json_text, write_whole
+from kankaku.analysis.tables.columns import csv_text, json_text, with_clocks, write_whole
 from kankaku.railway.step.records import Column
 
 if TYPE_CHECKING:
@@ -138,7 +138,8 @@ def _content(kind: Kind, table: str, frame: pd.DataFrame) -> str | bytes:
     if table not in kind.large:
         return csv_text(frame, kind.tables[table])
     buffer = io.BytesIO()
-    frame.to_parquet(buffer, engine="pyarrow", compression="zstd", index=False)
+    shown = with_clocks(frame, kind.tables[table])
+    shown.to_parquet(buffer, engine="pyarrow", compression="zstd", index=False)
     return buffer.getvalue()
 
 
