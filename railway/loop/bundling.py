@@ -97,7 +97,7 @@ class Bundling:
             return 0, memories
         if self._prepared is None:
             self._prepared = self._prepare(state, memories)
-        (guarding, permitted), (operating, planned), driving = self._prepared
+        (guarding, _), (operating, _), _ = self._prepared
         until_s = min(self._until_s, quiet_s, guarding.until_s, operating.until_s)
         radio = self._tracker.radio
         if guarding.by_radio != (radio is not None):
@@ -112,30 +112,41 @@ class Bundling:
         trains = front_m, front_m - watched.length_m, speed_mps, state.clear_to_m.copy()
         commanded_mps = np.empty((min(most, span.time_s.size), span.rows.size))
         given = trains, (plain(span), tuple(watched), state.lasting)
-        above = (operating.fields, *planned, operating.told), (driving.fields, driving.told)
         written = commanded_mps, tuple(kept), tuple(sampling)
-        functions = guarding.function, operating.function, driving.function
-        if radio is None:
-            layers = ((guarding.fields, *permitted, guarding.told), *above)
-            taken, samples, until_sample = steps_of(*functions)(*given, layers, *written)
-            permitted = permitted[::-1] if taken % 2 else permitted
-        else:
-            on_air, own = (radio.air, self._recorder.heard_rows()), (guarding.fields, permitted[0])
-            told = steps_by_radio(*functions)(*given, above, *written, on_air, *own)
-            (taken, samples, until_sample), permitted = told[:3], (told[3], told[3])
+        taken, samples, until_sample = self._run(self._prepared, given, written)
         if not taken:
             return 0, memories
         if radio is not None:
             self._recorder.heard(taken)
         self._recorder.wrote(taken, sampling, samples, until_sample)
         self._engine.moved(commanded_mps[:taken], front_m, speed_mps)
-        planned = planned[::-1] if taken % 2 else planned
-        self._prepared = (guarding, permitted), (operating, planned), driving
+        (_, permitted), (_, planned), _ = self._prepared
         protection, operation = self._layers[:2]
         return taken, (
             protection.resumed(memories[0], permitted[0]),
             operation.resumed(memories[1], planned[0]),
         )
+
+    def _run(self, prepared: _Prepared, given: Plain, written: Plain) -> tuple[int, int, int]:
+        """Return how many steps were taken, and samples; remember what the layers do then."""
+        (guarding, permitted), (operating, planned), driving = prepared
+        above = (operating.fields, *planned, operating.told), (driving.fields, driving.told)
+        functions, radio = (guarding.function, operating.function, driving.function), None
+        if guarding.by_radio:
+            radio = self._tracker.radio
+        if radio is None:
+            layers = ((guarding.fields, *permitted, guarding.told), *above)
+            counts = steps_of(*functions)(*given, layers, *written)
+            permitted = permitted[::-1] if counts[0] % 2 else permitted
+        else:
+            on_air, own = (radio.air, self._recorder.heard_rows()), (guarding.fields, permitted[0])
+            *counts, after = steps_by_radio(*functions)(*given, above, *written, on_air, *own)
+            permitted = after, after
+        taken, samples, until_sample = counts
+        if taken:
+            planned = planned[::-1] if taken % 2 else planned
+            self._prepared = (guarding, permitted), (operating, planned), driving
+        return taken, samples, until_sample
 
     def _prepare(self, state: LineState, memories: tuple[Any, Any]) -> _Prepared:
         protection, operation, drive = self._layers

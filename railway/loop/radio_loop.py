@@ -65,14 +65,13 @@ def steps_by_radio(
     ) -> tuple[int, int, int, Any]:
         span, watched, lasting = Span(*plains[0]), Watched(*plains[1]), Lasting(*plains[2])
         kept, sampling = BlockRows(*kept_fields), Sampling(*sampling_fields)
-        operating, planned, planned_after, advice = layers[0]
-        driving, told = layers[1]
+        (operating, planned, planned_after, advice), (driving, told) = layers
         front_m, tail_m, speed_mps, clear_to_m = trains
         whereabouts = front_m, tail_m, speed_mps, watched.present, watched.running, watched.rows
-        until_s = min(span.until_s, watched.until_s)
         taken, samples, until_sample = 0, 0, sampling.until_sample
         air, heard_s = on_air
-        reported, acknowledged, heard = air[1][2][0], air[1][2][1], air[2][2][0]
+        heard, until_s = air[2][2][0], min(span.until_s, watched.until_s)
+        arrived = air[1][2][0], heard, air[1][2][1]
         for step in range(told_mps.shape[0]):
             now_s = span.time_s[step]
             if now_s >= until_s or _is_event(span, watched, front_m, tail_m, speed_mps):
@@ -80,17 +79,16 @@ def steps_by_radio(
             carry(now_s, watched.present, air)
             _clear(watched, lasting, tail_m, clear_to_m)
             instant = now_s, whereabouts, clear_to_m, plains[2]
-            arrived = reported, heard, acknowledged
             authority, permitted_after, stops = protect(instant, arrived, guarding, permitted)
             if stops or advise(instant, authority, operating, planned, planned_after, advice):
                 break
             command(instant, authority[:5], advice, driving, told)
             permitted = permitted_after
             planned, planned_after = planned_after, planned
-            at = kept.at + step
-            kept.time_s[at] = now_s
-            _keep(kept, at, (front_m, speed_mps, watched.rows), (authority[0], authority[2]))
-            _listen(heard_s[at], heard, air[0])
+            kept.time_s[kept.at + step] = now_s
+            places = front_m, speed_mps, watched.rows
+            _keep(kept, kept.at + step, places, (authority[0], authority[2]))
+            _listen(heard_s[kept.at + step], heard, air[0])
             if until_sample == 0:
                 _sample(sampling, samples, watched, (authority, advice, told[1]))
                 samples, until_sample = samples + 1, sampling.every
