@@ -7,8 +7,7 @@ WORKERS := -n auto --dist worksteal
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour explained capacity radio availability sakai takaoka test deep check in-turn format lint types contracts bench seeds map yizhuang terminals interval driving steps limits reserve losses approach stress sensitivity fuzz kills mutants results docs clean
-.PHONY: rush-hour capacity radio availability sakai takaoka test deep check in-turn format lint types contracts bench seeds map yizhuang terminals interval driving steps limits reserve losses approach stress sensitivity variance fuzz kills mutants results docs clean
+.PHONY: rush-hour explained capacity radio availability sakai takaoka test deep check in-turn format lint types contracts bench seeds map yizhuang terminals interval driving steps limits reserve losses approach stress sensitivity variance fuzz kills mutants results docs clean
 
 # A target makes its results anew: after an edit of the program earlier runs are refused.
 rush-hour: $(READY)

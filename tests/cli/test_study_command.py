@@ -58,7 +58,6 @@ def test_what_cannot_be_run_is_refused_on_one_screen(folder: Path, tmp_path: Pat
     assert "allowed: 3/20 for the third" in refused(*study, "--shard", "3")
     assert "is no indicator; allowed: " in refused(*study, "--until", "lateness ±2 %")
     assert "allowed: png, svg, pdf" in refused(*study, "--figures", "gif")
-    assert "allowed: png, svg" in refused(*study, "--format", "pdf")
     assert "antithetic, latin_hypercube" in refused(*study, "--draws", "sobol")
     halved = refused(*study, "--draws", "antithetic", "--seeds", "3")
     assert "allowed: a multiple of 2" in halved
