@@ -338,7 +338,7 @@ def _work(connection: Connection, perform: Perform[Any, Any], folder: Path) -> N
     first_use.hear(connection.send)
     try:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, interrupts.ENDING)
-        with suppress(EOFError, OSError):
+        try:
             while (task := connection.recv()) is not None:
                 told = attempt(partial(perform, task, partial(_report, connection)))
                 if _left:
@@ -347,6 +347,11 @@ def _work(connection: Connection, perform: Perform[Any, Any], folder: Path) -> N
                 _, failure = attempt(partial(connection.send, told))
                 if failure is not None:
                     connection.send((None, failure))
+        except (EOFError, OSError):
+            # The pipes of a parent close before it is gone.
+            parent = multiprocessing.parent_process()
+            if parent is not None:
+                parent.join(GRACE_S)
     finally:
         _tidy(folder)
 
