@@ -131,9 +131,8 @@ class Bundling:
         """Return how many steps were taken, and samples; remember what the layers do then."""
         (guarding, permitted), (operating, planned), driving = prepared
         above = (operating.fields, *planned, operating.told), (driving.fields, driving.told)
-        functions, radio = (guarding.function, operating.function, driving.function), None
-        if guarding.by_radio:
-            radio = self._tracker.radio
+        functions = guarding.function, operating.function, driving.function
+        radio = self._tracker.radio
         if radio is None:
             layers = ((guarding.fields, *permitted, guarding.told), *above)
             counts = steps_of(*functions)(*given, layers, *written)
@@ -152,14 +151,14 @@ class Bundling:
         protection, operation, drive = self._layers
         guarding = protection.steps(state, memories[0])
         operating = operation.steps(state, memories[1])
-        # By radio a memory is made anew in every step, and never written to.
-        own = guarding.memory if guarding.by_radio else _copied(guarding.memory)
-        other = guarding.memory if guarding.by_radio else _copied(guarding.memory)
-        return (
-            (guarding, (own, other)),
-            (operating, (_copied(operating.memory), _copied(operating.memory))),
-            drive.steps(state),
-        )
+        return _remembering(guarding), _remembering(operating), drive.steps(state)
+
+
+def _remembering(steps: LayerSteps) -> _Remembering:
+    if steps.by_radio:
+        # Its memory is made anew in every step, and never written to.
+        return steps, (steps.memory, steps.memory)
+    return steps, (_copied(steps.memory), _copied(steps.memory))
 
 
 def _copied(memory: Plain) -> Plain:

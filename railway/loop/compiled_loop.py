@@ -8,6 +8,7 @@ from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, formula, formula_with
 from kankaku.railway.step.bundles import Lasting, Span
 from kankaku.railway.step.reasons import REASON_OF_BOUND, explain
+from kankaku.railway.wayside.leaders import lower_to_tails
 
 
 class Watched(NamedTuple):
@@ -87,32 +88,77 @@ def _is_trackers(
 
 
 @formula
-def _is_event(
+def is_event(
     span: Span, watched: Watched, front_m: FloatArray, tail_m: FloatArray, speed_mps: FloatArray
 ) -> bool:
-    """Return whether the engine or the tracker has something to do."""
+    """
+    Return whether the engine or the tracker has something to do.
+
+    Parameters
+    ----------
+    span
+        What the engine leaves to whoever commands.
+    watched
+        What the tracker waits for.
+    front_m, tail_m
+        Fronts and tails. [m], shape (n_trains,)
+    speed_mps
+        Speeds. [m/s], shape (n_trains,)
+
+    Returns
+    -------
+    bool
+        Then the step needs Python.
+    """
     engines = _is_engines(span, front_m, speed_mps)
     return engines or _is_trackers(watched, front_m, tail_m, speed_mps)
 
 
 @formula
-def _clear(watched: Watched, lasting: Lasting, tail_m: FloatArray, clear_to_m: FloatArray) -> None:
-    """Work out how far the way of each train is clear."""
+def clear(watched: Watched, lasting: Lasting, tail_m: FloatArray, clear_to_m: FloatArray) -> None:
+    """
+    Work out how far the way of each train is clear.
+
+    Parameters
+    ----------
+    watched
+        Who is on the line.
+    lasting
+        What is granted, and who follows whom.
+    tail_m
+        Tails. [m], shape (n_trains,)
+    clear_to_m
+        Written to. [m], shape (n_trains,)
+    """
     for row in watched.rows:
         clear_to_m[row] = lasting.granted_to_m[row]
-        if lasting.follows[row]:
-            clear_to_m[row] = min(clear_to_m[row], tail_m[lasting.leader[row]])
+    lower_to_tails(clear_to_m, tail_m, watched.rows, (lasting.leader, lasting.follows))
 
 
 @formula
-def _move(
+def move(
     span: Span,
     watched: Watched,
     trains: tuple[FloatArray, FloatArray, FloatArray],
     next_mps: FloatArray,
     told_mps: FloatArray,
 ) -> None:
-    """Move the running trains by a step of constant acceleration, and note what was commanded."""
+    """
+    Move the running trains by a step of constant acceleration, and note what was commanded.
+
+    Parameters
+    ----------
+    span
+        Who takes commands, and for how long.
+    watched
+        Lengths.
+    trains
+        Fronts, tails [m] and speeds; written to. [m/s], shape (n_trains,) each
+    next_mps
+        Speeds at the end of the step. [m/s], shape (n_trains,)
+    told_mps
+        The same of those who take commands; written to. [m/s], shape (n_running,)
+    """
     front_m, tail_m, speed_mps = trains
     for place in range(span.rows.size):
         row = span.rows[place]
@@ -123,13 +169,26 @@ def _move(
 
 
 @formula
-def _keep(
+def keep(
     kept: BlockRows,
     at: int,
     trains: tuple[FloatArray, FloatArray, IntArray],
     ends: tuple[FloatArray, FloatArray],
 ) -> None:
-    """Record the start of a step; of trains that are not on the line, where they are."""
+    """
+    Record the start of a step; of trains that are not on the line, where they are.
+
+    Parameters
+    ----------
+    kept
+        Where it is recorded.
+    at
+        In which row. [-]
+    trains
+        Fronts [m] and speeds [m/s], shape (n_trains,) each, and who is on the line.
+    ends
+        Ends of authority [m], and delays with which they count. [s], shape (n_trains,) each
+    """
     front_m, speed_mps, rows = trains
     for row in range(front_m.size):
         kept.front_m[at, row], kept.speed_mps[at, row] = front_m[row], speed_mps[row]
@@ -138,10 +197,23 @@ def _keep(
 
 
 @formula
-def _sample(
+def sample(
     sampling: Sampling, at: int, watched: Watched, layers: tuple[Plain, Plain, IntArray]
 ) -> None:
-    """Keep why trains are as fast as they are."""
+    """
+    Keep why trains are as fast as they are.
+
+    Parameters
+    ----------
+    sampling
+        Where it is kept.
+    at
+        Number of the sample. [-]
+    watched
+        Who is on the line, and who runs.
+    layers
+        Authority, advice, and what bounds the drive.
+    """
     authority, advice, bound = layers
     why = bound, (authority[3], authority[4]), (advice[1], advice[2])
     explain(watched.running, watched.rows, why, REASON_OF_BOUND, sampling.found[at])
@@ -192,9 +264,9 @@ def steps_of(
         taken, samples, until_sample = 0, 0, sampling.until_sample
         for step in range(told_mps.shape[0]):
             now_s = span.time_s[step]
-            if now_s >= until_s or _is_event(span, watched, front_m, tail_m, speed_mps):
+            if now_s >= until_s or is_event(span, watched, front_m, tail_m, speed_mps):
                 break
-            _clear(watched, lasting, tail_m, clear_to_m)
+            clear(watched, lasting, tail_m, clear_to_m)
             instant = now_s, whereabouts, clear_to_m, plains[2]
             protect(instant, guarding, permitted, permitted_after, authority)
             if advise(instant, authority, operating, planned, planned_after, advice):
@@ -204,12 +276,12 @@ def steps_of(
             planned, planned_after = planned_after, planned
             kept.time_s[kept.at + step] = now_s
             places = front_m, speed_mps, watched.rows
-            _keep(kept, kept.at + step, places, (authority[0], authority[2]))
+            keep(kept, kept.at + step, places, (authority[0], authority[2]))
             if until_sample == 0:
-                _sample(sampling, samples, watched, (authority, advice, told[1]))
+                sample(sampling, samples, watched, (authority, advice, told[1]))
                 samples, until_sample = samples + 1, sampling.every
             until_sample -= 1
-            _move(span, watched, (front_m, tail_m, speed_mps), told[0], told_mps[step])
+            move(span, watched, (front_m, tail_m, speed_mps), told[0], told_mps[step])
             taken += 1
         return taken, samples, until_sample
 

@@ -4,21 +4,19 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-import numpy as np
-
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled_with, formula
 from kankaku.railway.loop.compiled_loop import (
     BlockRows,
     Sampling,
     Watched,
-    _clear,
-    _is_event,
-    _keep,
-    _move,
-    _sample,
+    clear,
+    is_event,
+    keep,
+    move,
+    sample,
 )
-from kankaku.railway.plan.radio_spec import NEVER
+from kankaku.railway.plan.radio_spec import telegram_sent_s
 from kankaku.railway.radio.data_link import carry
 from kankaku.railway.step.bundles import Lasting, Span
 
@@ -27,8 +25,7 @@ from kankaku.railway.step.bundles import Lasting, Span
 def _listen(heard_s: FloatArray, heard: IntArray, cycle_s: float) -> None:
     """Record when the commands were sent that trains have."""
     for train in range(heard.size):
-        sent_s = heard[train] * cycle_s + 0.5 * cycle_s
-        heard_s[train] = -np.inf if heard[train] == NEVER else sent_s
+        heard_s[train] = telegram_sent_s(heard[train], cycle_s)
 
 
 @cache
@@ -74,10 +71,10 @@ def steps_by_radio(
         arrived = air[1][2][0], heard, air[1][2][1]
         for step in range(told_mps.shape[0]):
             now_s = span.time_s[step]
-            if now_s >= until_s or _is_event(span, watched, front_m, tail_m, speed_mps):
+            if now_s >= until_s or is_event(span, watched, front_m, tail_m, speed_mps):
                 break
             carry(now_s, watched.present, air)
-            _clear(watched, lasting, tail_m, clear_to_m)
+            clear(watched, lasting, tail_m, clear_to_m)
             instant = now_s, whereabouts, clear_to_m, plains[2]
             authority, permitted_after, stops = protect(instant, arrived, guarding, permitted)
             if stops or advise(instant, authority, operating, planned, planned_after, advice):
@@ -87,13 +84,13 @@ def steps_by_radio(
             planned, planned_after = planned_after, planned
             kept.time_s[kept.at + step] = now_s
             places = front_m, speed_mps, watched.rows
-            _keep(kept, kept.at + step, places, (authority[0], authority[2]))
+            keep(kept, kept.at + step, places, (authority[0], authority[2]))
             _listen(heard_s[kept.at + step], heard, air[0])
             if until_sample == 0:
-                _sample(sampling, samples, watched, (authority, advice, told[1]))
+                sample(sampling, samples, watched, (authority, advice, told[1]))
                 samples, until_sample = samples + 1, sampling.every
             until_sample -= 1
-            _move(span, watched, (front_m, tail_m, speed_mps), told[0], told_mps[step])
+            move(span, watched, (front_m, tail_m, speed_mps), told[0], told_mps[step])
             taken += 1
         return taken, samples, until_sample, permitted
 

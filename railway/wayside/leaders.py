@@ -30,6 +30,7 @@ class Leaders:
 
     def __init__(self, world: World) -> None:
         self._world = world
+        self._rows = np.arange(world.size)
         self._ways = world.passages
         self._ahead = [list(order.ahead) for order in world.orders]
         self._waits = [order.waits for order in world.orders]
@@ -319,13 +320,16 @@ class Leaders:
         """
         tail_m = front_m - self._world.length_m
         clear_to_m = granted_to_m.copy()
-        lower_to_tails(clear_to_m, tail_m, self.leader, self.follows)
+        lower_to_tails(clear_to_m, tail_m, self._rows, (self.leader, self.follows))
         return tail_m, clear_to_m
 
 
 @formula
 def lower_to_tails(
-    clear_to_m: FloatArray, tail_m: FloatArray, leader: IntArray, follows: BoolArray
+    clear_to_m: FloatArray,
+    tail_m: FloatArray,
+    rows: IntArray,
+    ahead: tuple[IntArray, BoolArray],
 ) -> None:
     """
     End the clear way of trains at the tails of those that they follow.
@@ -336,12 +340,13 @@ def lower_to_tails(
         How far the way of each train is clear; written to. [m], shape (n_trains,)
     tail_m
         Tails. [m], shape (n_trains,)
-    leader
-        Row of the train ahead. shape (n_trains,)
-    follows
-        Who follows it on its own way. shape (n_trains,)
+    rows
+        For which trains. shape (n_rows,)
+    ahead
+        Row of the train ahead, and who follows it on its own way. shape (n_trains,) each
     """
-    for train in range(tail_m.size):
+    leader, follows = ahead
+    for train in rows:
         if follows[train]:
             clear_to_m[train] = min(clear_to_m[train], tail_m[leader[train]])
 
