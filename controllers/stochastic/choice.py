@@ -34,7 +34,8 @@ def choose(
     known: tuple[Plain, tuple[Plain, Plain]],
     approaching: tuple[IntArray, FloatArray, bool],
     tables: tuple[Plain, Plain],
-) -> FloatArray:
+    chosen_mps2: FloatArray,
+) -> None:
     """
     Choose the acceleration of every train that approaches a platform.
 
@@ -51,17 +52,14 @@ def choose(
         what is forecast is certain.
     tables
         Of :class:`~kankaku.controllers.stochastic.site_tables.Stack`, and of the costs.
-
-    Returns
-    -------
-    FloatArray
-        Infinite for trains that need not hold back. [m/s2], shape (n_trains,)
+    chosen_mps2
+        Written to; infinite for trains that need not hold back. [m/s2], shape (n_trains,)
     """
     trains, called = Whereabouts(*whereabouts), Called(*known[0])
     booked = Booked(*known[1][1])
     stack, costs = Stack(*tables[0]), Costs(*tables[1])
     sites, scales, certain = approaching
-    rates = np.full(sites.size, np.inf)
+    chosen_mps2[:] = np.inf
     ready_s, earliest_s = departures_s(now_s, whereabouts, known[0], known[1])
     for train in trains.rows:
         if sites[train] == NO_SITE or not trains.running[train]:
@@ -85,32 +83,7 @@ def choose(
         if action < PULL:
             place = from_m / approach.place_m
             drag = drag_at_mps2(approach, place)
-            rates[train] = rate_mps2(approach, action, motion[1], drag)
-    return rates
-
-
-@compiled
-def choose_into(
-    now_s: float,
-    whereabouts: Plain,
-    known: tuple[Plain, tuple[Plain, Plain]],
-    approaching: tuple[IntArray, FloatArray, bool],
-    tables: tuple[Plain, Plain],
-    rate_mps2: FloatArray,
-) -> None:
-    """
-    Write what :func:`choose` returns, for those who make no arrays.
-
-    Parameters
-    ----------
-    now_s, whereabouts, known, approaching, tables
-        As there.
-    rate_mps2
-        Written to. [m/s2], shape (n_trains,)
-    """
-    chosen = choose(now_s, whereabouts, known, approaching, tables)
-    for train in range(chosen.size):
-        rate_mps2[train] = chosen[train]
+            chosen_mps2[train] = rate_mps2(approach, action, motion[1], drag)
 
 
 @formula

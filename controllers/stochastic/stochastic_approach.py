@@ -20,7 +20,7 @@ from kankaku.controllers.operation.close_up import NO_CEILING_MPS
 from kankaku.controllers.stochastic.approach_options import StochasticApproachOptions
 from kankaku.controllers.stochastic.approach_site import MeetingCalls, PlatformSite, approach_site
 from kankaku.controllers.stochastic.belief import LEVELS, WORTH_CALLS, Belief
-from kankaku.controllers.stochastic.choice import choose, choose_into
+from kankaku.controllers.stochastic.choice import choose
 from kankaku.controllers.stochastic.merging import NOWHERE_M, points_left_m, starting, stays
 from kankaku.controllers.stochastic.run_in import Costs, run_in_cap_mps
 from kankaku.controllers.stochastic.site_tables import NO_SITE, SiteTables, tables_of
@@ -101,7 +101,6 @@ class StochasticApproach:
         self._times = times_of(self._belief, float(self._factor.max()))
         self._tables = SiteTables()
         self._starting, self._rows = plain(starting(world)), np.arange(world.size)
-        self._no_plan = np.full(world.size, np.inf)
         nowhere: tuple[MeetingCalls | None, ...] = ()
         # Of the approaches that steps asked for last: the memory knows nothing of the stack.
         self._numbered = nowhere, np.zeros(0, dtype=np.intp)
@@ -159,14 +158,15 @@ class StochasticApproach:
 
     def _decide(self, state: LineState, authority: Authority, memory: ReleasePlans) -> ReleasePlans:
         sites = self._site_numbers(memory.approaches)
-        rate_mps2 = self._no_plan
+        rate_mps2 = np.full(self._world.size, np.inf)
         if self._tables.stack:
-            rate_mps2 = choose(
+            choose(
                 state.time_s,
                 state.whereabouts,
                 (memory.called, self._known),
                 (sites, memory.scale, self._certain),
                 (self._tables.stack, self._costs),
+                rate_mps2,
             )
         stay = memory.stays
         if np.isfinite(memory.points_left_m).any() or stay.any():
@@ -374,7 +374,7 @@ def _choose_and_follow(
     followed, (known, approaching, tables) = fields
     _remember(memory, after)
     if now_s >= memory[2][0] + DECIDE_S - ROUNDING_S:
-        choose_into(now_s, whereabouts, known, approaching, tables, after[1])
+        choose(now_s, whereabouts, known, approaching, tables, after[1])
         # The speeds themselves go on changing.
         speed_mps = Whereabouts(*whereabouts).speed_mps
         for train in range(speed_mps.size):

@@ -227,18 +227,11 @@ class Detection:
         """
         if state.time_s < before.until_s and not state.events:
             return before
+        known = plain_sight(before)
+        seen = tuple(part.copy() for part in known)
         granted = state.granted_to_m, state.granted_by
-        trains = state.front_m, state.tail_m, state.present
-        known = before.looked_s, before.touched_s, before.touched_by
-        seen = look_ahead(
-            state.time_s,
-            (*trains, *granted, self.route, np.flatnonzero(state.present)),
-            (state.speed_mps, state.running),
-            self._plain,
-            known,
-            self.fields[2],
-        )
-        return Sight(state.time_s, *seen)
+        _look_again(state.time_s, state.whereabouts, granted, self.fields, (known, seen))
+        return sight_of(seen)
 
     def boundary_m(self, row: int, tiling: Tiling, place_m: FloatArray) -> FloatArray:
         """
