@@ -17,7 +17,6 @@ What of positions, clocks and time stamps is believed where units may be wrong i
 :mod:`kankaku.controllers.control_map.measuring`.
 """
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,7 +31,7 @@ from kankaku.controllers.centre.reports import (
     take_reports,
 )
 from kankaku.controllers.control_map.map_options import ControlMapOptions
-from kankaku.controllers.control_map.map_steps import UPDATE_S, protect
+from kankaku.controllers.control_map.map_steps import UPDATE_S, next_map_s, protect
 from kankaku.controllers.control_map.measuring import (
     CENTRE_ROW,
     EARLY_S,
@@ -259,7 +258,7 @@ class ControlMap:
 
     def _update(self, state: LineState, memory: Memory) -> Memory:
         """Let the centre make a map, and send it if it may."""
-        next_s = UPDATE_S * (math.floor((state.time_s + TOLERANCE_S) / UPDATE_S) + 1)
+        next_s = next_map_s(state.time_s)
         aboard, reports, sent = memory.aboard, memory.reports, memory.sent
         if state.units is not None:
             in_time = abs(state.units.centre_clock_error_s) <= EARLY_S

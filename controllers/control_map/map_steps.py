@@ -6,7 +6,6 @@ centre plans it, tests it and sends it. Whatever has to be told to anybody else,
 train without commands, is left to :mod:`kankaku.controllers.control_map.map_protection`.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -24,13 +23,36 @@ from kankaku.controllers.control_map.telegrams import (
 )
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.boxed import Box
-from kankaku.railway.compiled import Plain, compiled
-from kankaku.railway.plan.radio_spec import NEVER, TOLERANCE_S, cycle_at
+from kankaku.railway.compiled import Plain, compiled, formula
+from kankaku.railway.plan.radio_spec import (
+    TOLERANCE_S,
+    cycle_at,
+    telegram_cycle_at,
+    telegram_sent_s,
+)
 from kankaku.railway.safety.second_channel import excludes
 from kankaku.railway.step.state import Whereabouts
 
 UPDATE_S = 0.5
 """Time between maps, and between the moments of a map (Sugiyama 2018, section 3.1.3). [s]"""
+
+
+@formula
+def next_map_s(now_s: float) -> float:
+    """
+    Return when the next map is made.
+
+    Parameters
+    ----------
+    now_s
+        The time. [s]
+
+    Returns
+    -------
+    float
+        The next multiple of ``UPDATE_S``. [s]
+    """
+    return UPDATE_S * (cycle_at(now_s, UPDATE_S) + 1)
 
 
 @compiled
@@ -71,7 +93,7 @@ def protect(
         felt, calls = (trains.front_m, trains.speed_mps, trains.running), (lasting[4], lasting[6])
         next_report_s, box = _report(now_s, felt, calls, box, cycle_s)
     if now_s + TOLERANCE_S >= next_s:
-        next_s = UPDATE_S * (math.floor((now_s + TOLERANCE_S) / UPDATE_S) + 1)
+        next_s = next_map_s(now_s)
         line = whereabouts, lasting[2], lasting[3]
         beside = obstructions, sending
         asks, box = _update(now_s, line, (air[0], air[2]), box, mapping, beside)
@@ -122,9 +144,9 @@ def _update(
     mapped = made[1], made[8], made[5], made[6], commands[2]
     if not excludes(reported, (seen_m, present, granted_to_m), mapped, checks):
         return True, before
-    cycle = cycle_at(now_s - 0.5 * cycle_s, cycle_s)
+    cycle = telegram_cycle_at(now_s, cycle_s)
     if cycle > sent[0].max():
-        sent = added(sent, (cycle, cycle * cycle_s + 0.5 * cycle_s), commands, made)
+        sent = added(sent, (cycle, telegram_sent_s(cycle, cycle_s)), commands, made)
     sent = acknowledged_in(sent, arrived_now[1])
     return False, Box((told, said, made, sent, covered_of(sent, present)))  # type: ignore[no-untyped-call]
 
@@ -149,6 +171,5 @@ def _keep(
     eoa_by = behind_bands(rows, eoa_m, sent[0], sent[4], behind, held)
     oldest_s = now_s - UPDATE_S * COMMANDS - TOLERANCE_S
     for train in rows:
-        held_s = -np.inf if held[train] == NEVER else held[train] * cycle_s + 0.5 * cycle_s
-        stops[train] = held_s < oldest_s
+        stops[train] = telegram_sent_s(held[train], cycle_s) < oldest_s
     return (eoa_m, eoa_by, commanded_mps), held, stops

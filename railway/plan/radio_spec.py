@@ -36,6 +36,46 @@ def cycle_at(time_s: float, cycle_s: float) -> int:
     return math.floor((time_s + TOLERANCE_S) / cycle_s)
 
 
+@formula
+def telegram_cycle_at(time_s: float, cycle_s: float) -> int:
+    """
+    Return the number of the cycle in which the centre has sent commands last.
+
+    Parameters
+    ----------
+    time_s
+        Now. [s]
+    cycle_s
+        Length of a cycle. [s]
+
+    Returns
+    -------
+    int
+        It sends them half a cycle after the reports.
+    """
+    return cycle_at(time_s - 0.5 * cycle_s, cycle_s)
+
+
+@formula
+def telegram_sent_s(cycle: int, cycle_s: float) -> float:
+    """
+    Return when the telegrams of a cycle are sent.
+
+    Parameters
+    ----------
+    cycle
+        Its number, or ``NEVER``.
+    cycle_s
+        Length of a cycle. [s]
+
+    Returns
+    -------
+    float
+        -inf for never. [s]
+    """
+    return -np.inf if cycle == NEVER else cycle * cycle_s + 0.5 * cycle_s
+
+
 @dataclass(frozen=True, slots=True)
 class Outage:
     """All messages that are sent in a time window are lost."""
@@ -104,7 +144,7 @@ class RadioSpec:
         int
             It sends them half a cycle after the reports.
         """
-        return self.report_cycle(time_s - 0.5 * self.cycle_s)
+        return telegram_cycle_at(time_s, self.cycle_s)
 
     def report_s(self, cycle: int) -> float:
         """
@@ -136,7 +176,7 @@ class RadioSpec:
         float
             [s]
         """
-        return cycle * self.cycle_s + 0.5 * self.cycle_s
+        return telegram_sent_s(cycle, self.cycle_s)
 
     def reports_s(self, cycles: IntArray) -> FloatArray:
         """

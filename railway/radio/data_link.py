@@ -12,7 +12,14 @@ import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.compiled import Plain, compiled, formula, plain
-from kankaku.railway.plan.radio_spec import NEVER, TOLERANCE_S, RadioSpec, cycle_at
+from kankaku.railway.plan.radio_spec import (
+    NEVER,
+    TOLERANCE_S,
+    RadioSpec,
+    cycle_at,
+    telegram_cycle_at,
+    telegram_sent_s,
+)
 from kankaku.railway.plan.world import World
 from kankaku.railway.randomness import stream
 from kankaku.railway.step.state import RadioState
@@ -267,8 +274,8 @@ def carry(time_s: float, present: BoolArray, fields: Plain) -> float:
         _send(cycle, cycle * cycle_s, down.newest[0], present, up)
         up.due_s[0] = cycle * cycle_s + cycle_s
     if now_s >= down.due_s[0]:
-        cycle = cycle_at(time_s - 0.5 * cycle_s, cycle_s)
-        sent_s = cycle * cycle_s + 0.5 * cycle_s
+        cycle = telegram_cycle_at(time_s, cycle_s)
+        sent_s = telegram_sent_s(cycle, cycle_s)
         _send(cycle, sent_s, down.newest[0], present, down)
         down.due_s[0] = sent_s + cycle_s
     # What takes no time at all is there at once.
