@@ -71,9 +71,9 @@ class FollowPlan:
 def _follow(
     instant: Plain,
     authority: Plain,
-    fields: Plain,  # noqa: ARG001
-    memory: Plain,  # noqa: ARG001
-    after: Plain,  # noqa: ARG001
+    _fields: Plain,
+    _memory: Plain,
+    _after: Plain,
     told: Plain,
 ) -> bool:
     (ceiling_mps, reason, cause), commanded_mps = told, authority[5]
@@ -88,9 +88,9 @@ def _follow(
 def _close_up(
     instant: Plain,
     authority: Plain,
-    fields: Plain,  # noqa: ARG001
-    memory: Plain,  # noqa: ARG001
-    after: Plain,  # noqa: ARG001
+    _fields: Plain,
+    _memory: Plain,
+    _after: Plain,
     told: Plain,
 ) -> bool:
     ceiling_mps, reason, cause = told

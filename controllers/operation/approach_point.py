@@ -369,10 +369,10 @@ def _follow(
 @formula
 def _advise(
     instant: Plain,
-    authority: Plain,  # noqa: ARG001
+    _authority: Plain,
     fields: Plain,
-    memory: Plain,  # noqa: ARG001
-    after: Plain,  # noqa: ARG001
+    _memory: Plain,
+    _after: Plain,
     told: Plain,
 ) -> bool:
     now_s, whereabouts, _, _ = instant

@@ -65,12 +65,12 @@ class CloseUp:
 
 @formula
 def always(
-    instant: Plain,  # noqa: ARG001 - as bundles want it
-    authority: Plain,  # noqa: ARG001
-    fields: Plain,  # noqa: ARG001
-    memory: Plain,  # noqa: ARG001
-    after: Plain,  # noqa: ARG001
-    told: Plain,  # noqa: ARG001
+    _instant: Plain,
+    _authority: Plain,
+    _fields: Plain,
+    _memory: Plain,
+    _after: Plain,
+    _told: Plain,
 ) -> bool:
     """
     Advise the same in every step.

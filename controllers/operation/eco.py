@@ -280,8 +280,8 @@ def _advise(
     instant: Plain,
     authority: Plain,
     fields: Plain,
-    memory: Plain,  # noqa: ARG001
-    after: Plain,  # noqa: ARG001
+    _memory: Plain,
+    _after: Plain,
     told: Plain,
 ) -> bool:
     (now_s, whereabouts, _, _), (followed, behind) = instant, fields

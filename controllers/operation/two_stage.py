@@ -160,8 +160,8 @@ def _advise(
     instant: Plain,
     authority: Plain,
     fields: Plain,
-    memory: Plain,  # noqa: ARG001
-    after: Plain,  # noqa: ARG001
+    _memory: Plain,
+    _after: Plain,
     told: Plain,
 ) -> bool:
     """Write ceilings, why, and for what."""

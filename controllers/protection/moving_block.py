@@ -229,7 +229,7 @@ def _eoa_m(
 
 
 @formula
-def _protect(instant: Plain, fields: Plain, memory: Plain, after: Plain, told: Plain) -> None:  # noqa: ARG001 - as bundles want it
+def _protect(instant: Plain, fields: Plain, _memory: Plain, _after: Plain, told: Plain) -> None:
     """Write ends of authority, ceilings, and what is behind the ends."""
     _, whereabouts, clear_to_m, lasting = instant
     (section_m, spacing_fields, ceiling_fields), (eoa_m, ceiling_mps, _, eoa_by, _) = fields, told

@@ -175,7 +175,7 @@ def _stands_each_m(
 
 
 @formula
-def _protect(instant: Plain, fields: Plain, memory: Plain, after: Plain, told: Plain) -> None:  # noqa: ARG001 - as bundles want it
+def _protect(instant: Plain, fields: Plain, _memory: Plain, _after: Plain, told: Plain) -> None:
     """Write ends of authority, ceilings, and what is behind the ends."""
     _, whereabouts, _, lasting = instant
     trains, known = Whereabouts(*whereabouts), Lasting(*lasting)
