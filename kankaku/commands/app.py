@@ -42,6 +42,7 @@ from kankaku.commands.shared_options import (
     Several,
     Step,
     Version,
+    end_with,
 )
 from kankaku.railway import first_use
 from kankaku.railway.plan.design_names import INDEPENDENT
@@ -101,17 +102,6 @@ app = typer.Typer(
 )
 
 
-def _open_page(folder: Path, opened: bool | None) -> None:
-    from kankaku.commands.page_shown import open_page
-
-    open_page(folder / "report.html", wanted=opened)
-
-
-def _end(status: int) -> None:
-    if status:
-        raise typer.Exit(status)
-
-
 @app.command("compare", hidden=True)
 @app.command(RUN)
 def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
@@ -158,7 +148,7 @@ def run(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
         "engine": engine,
         "formats": image or (),
     }
-    _end(run_shown.compare(scenario, out, choices, form, opened))
+    end_with(run_shown.compare(scenario, out, choices, form, opened))
 
 
 @app.command("across")
@@ -178,6 +168,8 @@ def across(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
 ) -> None:
     """Run the same controllers in several scenarios, and compare them in one table."""
     from kankaku.commands.across_shown import compare_across
+    from kankaku.commands.page_shown import open_page
+    from kankaku.studies.across_study import FOLDER
 
     choices = {
         "names": controller or (),
@@ -191,8 +183,8 @@ def across(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
         "formats": image or (),
     }
     status = compare_across(scenarios, out, choices)
-    _open_page(out / "across", opened)
-    _end(status)
+    open_page(out / FOLDER, wanted=opened)
+    end_with(status)
 
 
 @app.command("study")
@@ -218,6 +210,7 @@ def study(  # noqa: PLR0913, PLR0917 - one argument per option of the command li
 ) -> None:
     """Run controllers on very many seeds, for means, intervals and distributions."""
     from kankaku.commands import ensemble_shown
+    from kankaku.commands.page_shown import open_page
 
     choices = {
         "names": [name for part in controllers or () for name in part.split(",") if name],
@@ -237,8 +230,8 @@ def study(  # noqa: PLR0913, PLR0917 - one argument per option of the command li
     }
     drawing = (indicator or (), image or ())
     status = ensemble_shown.run_many(scenarios, out, choices, wanted, scheduler, drawing)
-    _open_page(out, opened)
-    _end(status)
+    open_page(out, wanted=opened)
+    end_with(status)
 
 
 @app.command("merge")
@@ -251,7 +244,7 @@ def merge(
     """Put parts of a study together that were run with --shard."""
     from kankaku.commands import ensemble_shown
 
-    _end(ensemble_shown.put_together(out, parts or (), (indicator or (), image or ())))
+    end_with(ensemble_shown.put_together(out, parts or (), (indicator or (), image or ())))
 
 
 @app.command("report")
@@ -273,7 +266,7 @@ def report(
     """Make the page of saved results, also old and partial ones, or of several to compare."""
     from kankaku.commands.page_shown import make_page
 
-    _end(make_page(results, out, wanted=opened))
+    end_with(make_page(results, out, wanted=opened))
 
 
 @app.command("capacity")
@@ -299,7 +292,7 @@ def capacity(  # noqa: PLR0917 - one argument per option of the command line
         "jobs": jobs,
         "everything": True,
     }
-    _end(assess(scenario, out, choices, simulate))
+    end_with(assess(scenario, out, choices, simulate))
 
 
 @app.command("faults", hidden=True)
@@ -328,7 +321,7 @@ def campaign(  # noqa: PLR0913, PLR0917 - one argument per option of the command
         "jobs": jobs,
         "fresh": fresh,
     }
-    _end(let_fail(scenario, out, choices, runs))
+    end_with(let_fail(scenario, out, choices, runs))
 
 
 @app.command("radio")
@@ -351,7 +344,7 @@ def radio(
     """Tell what the trains of a saved run ask of the radio, and how many a cell carries."""
     from kankaku.commands.radio_shown import tell_load
 
-    _end(tell_load(scenario, out, {"seed": seed, "jobs": jobs}, results, controller))
+    end_with(tell_load(scenario, out, {"seed": seed, "jobs": jobs}, results, controller))
 
 
 @app.command("availability")
@@ -366,7 +359,7 @@ def availability(
     """Tell how often devices stop the line, and what would have to fail for an accident."""
     from kankaku.commands.availability_shown import tell_availability
 
-    _end(tell_availability(scenario, out, seed, years))
+    end_with(tell_availability(scenario, out, seed, years))
 
 
 @app.command("check-controller")
@@ -383,7 +376,7 @@ def check_controller(
     """Tell whether a controller keeps the contract, and where it does not."""
     from kankaku.commands.check_shown import judge
 
-    _end(judge(name))
+    end_with(judge(name))
 
 
 results_commands.add_commands(app)

@@ -1,6 +1,7 @@
 """What the command ``explain`` shows: a paragraph, a table of all controllers, and a figure."""
 
 import json
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -106,7 +107,7 @@ def _show_table(found: Explanation) -> None:
 def _cells(row: dict[str, object]) -> list[str]:
     def number(name: str) -> str:
         value = float(str(row[name]))
-        return "-" if value != value else f"{value:,.0f}"  # noqa: PLR0124 - not a number
+        return "-" if math.isnan(value) else f"{value:,.0f}"
 
     since_s = float(str(row["since_s"]))
     origin = f"{row['origin_train']} {row['origin_station']}".strip()
@@ -122,7 +123,7 @@ def _cells(row: dict[str, object]) -> list[str]:
         row["chain"] or "-",
         f"{origin} {number('origin_s')} s" if origin else "-",
         number("front_m"),
-        "-" if since_s != since_s else clock(since_s, seconds=True),  # noqa: PLR0124 - the same
+        "-" if math.isnan(since_s) else clock(since_s, seconds=True),
         row["plan"] or "-",
         number("limit_m"),
     ]

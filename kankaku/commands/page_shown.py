@@ -44,17 +44,18 @@ def make_page(folders: Sequence[Path], out: Path | None, *, wanted: bool | None)
     return 0
 
 
-def open_page(file: Path, *, wanted: bool | None) -> None:
+def open_page(place: Path, *, wanted: bool | None) -> None:
     """
     Open a page in the user's browser.
 
     Parameters
     ----------
-    file
-        The page; nothing happens if there is none.
+    place
+        The page, or the results folder that it is in; nothing happens if there is none.
     wanted
         Whether to; if None, where there is a desktop and somebody looks.
     """
+    file = place / PAGE if place.is_dir() else place
     if not file.is_file() or not (has_desktop() if wanted is None else wanted):
         return
     # A page that cannot be opened is still there.

@@ -7,7 +7,7 @@ from typing import Annotated, TypeAlias
 import typer
 
 from kankaku.asking import SEED_MAX
-from kankaku.commands.shared_options import Format, Formatted
+from kankaku.commands.shared_options import Format, Formatted, end_with
 
 Folder: TypeAlias = Annotated[
     Path,
@@ -45,7 +45,7 @@ def explain(  # noqa: PLR0917 - one argument per option of the command line
     """Tell why a train was slow: what bound it, who was ahead and why, and what it cost."""
     from kankaku.commands.explain_shown import tell_why
 
-    _end(tell_why(results, train, at, controller or (), seed, figure, form=form))
+    end_with(tell_why(results, train, at, controller or (), seed, figure, form=form))
 
 
 def draw(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
@@ -87,7 +87,7 @@ def draw(  # noqa: PLR0913, PLR0917 - one argument per option of the command lin
         "stations": station or (),
     }
     window = (begin, end)
-    _end(draw_figure(results, figure, out or (), chosen, seed, window=window, title=title))
+    end_with(draw_figure(results, figure, out or (), chosen, seed, window=window, title=title))
 
 
 def show(
@@ -107,7 +107,7 @@ def show(
     from kankaku.commands.show_shown import show_results
 
     chosen = {"controllers": controller or (), "trains": train or ()}
-    _end(show_results(results, table, chosen, seed, form))
+    end_with(show_results(results, table, chosen, seed, form))
 
 
 def export(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
@@ -140,12 +140,7 @@ def export(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
     from kankaku.commands import export_shown
 
     asked = export_shown.ExportWish(scenario, timezone, day)
-    _end(export_shown.export(results, to, out, controller or (), seed, asked))
-
-
-def _end(status: int) -> None:
-    if status:
-        raise typer.Exit(status)
+    end_with(export_shown.export(results, to, out, controller or (), seed, asked))
 
 
 def add_commands(app: typer.Typer) -> None:

@@ -8,7 +8,6 @@ from rich.markup import escape
 from rich.progress import ProgressColumn, Task, TaskID
 from rich.text import Text
 
-from kankaku.analysis.page.html import PAGE
 from kankaku.analysis.tables.sweep import SWEEP
 from kankaku.analysis.texts.report import unfinished_heading
 from kankaku.analysis.texts.sweep_texts import sweep_texts
@@ -71,7 +70,7 @@ def compare(
         with study.ready(chosen, out) as go:
             result = run_shown(chosen, go)
     status = report(result, chosen, form)
-    open_page(result.folder / PAGE, wanted=opened)
+    open_page(result.folder, wanted=opened)
     return status
 
 

@@ -134,3 +134,21 @@ Version: TypeAlias = Annotated[
     bool,
     typer.Option("--version", callback=_show_versions, is_eager=True, help="Show what runs here."),
 ]
+
+
+def end_with(status: int) -> None:
+    """
+    End a command.
+
+    Parameters
+    ----------
+    status
+        What the process is to end with; with 0 it goes on.
+
+    Raises
+    ------
+    typer.Exit
+        With any other one.
+    """
+    if status:
+        raise typer.Exit(status)

@@ -223,15 +223,6 @@ def json_rows(rows: Iterable[Mapping[str, Any]]) -> list[dict[str, object]]:
     return [{name: _json(value) for name, value in row.items()} for row in rows]
 
 
-def _heading(column: Column) -> str:
-    told = column.name
-    if column.unit:
-        # The unit stands behind the name.
-        told = told.removesuffix(f"_{column.unit.replace('/', '').lower()}")
-    told = told.replace("_", " ")
-    return f"{told} [{column.unit}]" if column.unit and not column.clock else told
-
-
 def tell_frame(
     frame: pd.DataFrame,
     columns: Sequence[Column],

@@ -39,11 +39,6 @@ export function listen(listener) {
   listeners.add(listener);
 }
 
-/** Nobody listens any more. */
-export function forget() {
-  listeners.clear();
-}
-
 /**
  * Choose something else.
  * @param {Partial<State>} wanted
