@@ -14,6 +14,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
+from itertools import count
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
@@ -194,13 +195,17 @@ def _done(
     return Done(task, result, failure, killed)
 
 
+_NUMBERS = count(1)
+
+
 class _Worker:
     """A process, what it does, and where it keeps its files."""
 
     def __init__(self, perform: Perform[Any, Any], scratch: Path) -> None:
         # Forking a process in which SUMO has run is not safe.
         context = multiprocessing.get_context("spawn")
-        self.folder = Path(tempfile.mkdtemp(dir=scratch))
+        # Made by the process once it looks after itself: who is ended before leaves nothing.
+        self.folder = scratch / f"worker-{next(_NUMBERS)}"
         self.connection, self._theirs = context.Pipe()
         self._process = context.Process(
             target=_work, args=(self._theirs, perform, self.folder), daemon=True
@@ -329,8 +334,13 @@ def _end(workers: Sequence[_Worker]) -> None:
 
 def _work(connection: Connection, perform: Perform[Any, Any], folder: Path) -> None:
     """Do what comes through a pipe until there is no more, or nobody who wants it."""
-    threading.Thread(target=_watch, args=(folder,), daemon=True).start()
     interrupts.at_work()
+    try:
+        folder.mkdir()
+    except FileNotFoundError:
+        # The command was killed, and everybody else has left already.
+        return
+    threading.Thread(target=_watch, args=(folder,), daemon=True).start()
     # The parent decides what Ctrl-C and a closed terminal mean.
     for number in interrupts.ENDING:
         signal.signal(number, _leave if number == signal.SIGTERM else signal.SIG_IGN)
@@ -353,6 +363,8 @@ def _work(connection: Connection, perform: Perform[Any, Any], folder: Path) -> N
             if parent is not None:
                 parent.join(GRACE_S)
     finally:
+        # Told twice to end, it would leave half of its files.
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
         _tidy(folder)
 
 
@@ -382,15 +394,20 @@ def _watch(folder: Path) -> None:
         os._exit(1)
 
 
+_tidying = threading.Lock()
+"""Whoever ends this process waits for whoever tidies up after it."""
+
+
 def _tidy(folder: Path) -> None:
     """Remove what a parent that is gone cannot remove any more."""
     parent = multiprocessing.parent_process()
     if parent is None or parent.is_alive():
         return
-    shutil.rmtree(folder, ignore_errors=True)
-    # Whoever is the last one finds the places above empty, too; those of others are left alone.
-    above = [place.name for place in folder.parents]
-    emptied = 2 + above.index(UNFINISHED) if UNFINISHED in above else 1
-    with suppress(OSError):
-        for place in list(folder.parents)[:emptied]:
-            place.rmdir()
+    with _tidying:
+        shutil.rmtree(folder, ignore_errors=True)
+        # Whoever is the last one finds the places above empty; those of others are left alone.
+        above = [place.name for place in folder.parents]
+        emptied = 2 + above.index(UNFINISHED) if UNFINISHED in above else 1
+        with suppress(OSError):
+            for place in list(folder.parents)[:emptied]:
+                place.rmdir()
