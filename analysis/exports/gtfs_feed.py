@@ -31,8 +31,8 @@ class GtfsNames(NamedTuple):
     """Of the times of day, by the name of the IANA database."""
     first_day: str
     """``YYYYMMDD``; the service runs on this day alone."""
-    places_deg: Mapping[str, tuple[float, float]]
-    """Longitude and latitude of stations by identifier."""
+    places_deg: Mapping[str, tuple[float | None, float | None]]
+    """Longitude and latitude of stations by identifier; None is left empty."""
     local_names: Mapping[str, str]
     """Names in local letters by identifier."""
 
@@ -143,7 +143,10 @@ def _stops(stations: pd.DataFrame, names: GtfsNames) -> list[list[object]]:
         name = station["station"]
         longitude_deg, latitude_deg = names.places_deg[name]
         local = names.local_names.get(name, "")
-        rows.append([name, station["name"], local, f"{latitude_deg:.6f}", f"{longitude_deg:.6f}"])
+        degrees = [
+            "" if degree is None else f"{degree:.6f}" for degree in (latitude_deg, longitude_deg)
+        ]
+        rows.append([name, station["name"], local, *degrees])
     return rows
 
 

@@ -22,7 +22,7 @@ from kankaku.asking import (
     YEARS,
     Check,
 )
-from kankaku.commands import results_commands, study_options
+from kankaku.commands import results_commands, scenario_commands, study_options
 from kankaku.commands.shared_options import (
     OUT,
     PROCESSORS,
@@ -380,3 +380,4 @@ def check_controller(
 
 
 results_commands.add_commands(app)
+scenario_commands.add_commands(app)

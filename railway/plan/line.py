@@ -21,14 +21,14 @@ from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray
 
 @dataclass(frozen=True, slots=True)
 class Station:
-    """A station; ``chainage_m`` is its official chainage."""
+    """A station; ``chainage_m`` is its official chainage, None a coordinate that nobody told."""
 
     id: str
     name: str
     name_local: str
     chainage_m: float
-    longitude_deg: float
-    latitude_deg: float
+    longitude_deg: float | None
+    latitude_deg: float | None
 
 
 CURVE_RESISTANCE_M = 0.6

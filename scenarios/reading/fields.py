@@ -21,6 +21,10 @@ def _number(value: object) -> object:
     return value if found is None else found
 
 
+def _maybe_number(value: object) -> object:
+    return None if value == "" else _number(value)
+
+
 def _clock(value: object) -> object:
     # A time without quotes is one to TOML, too.
     found = clock(value) if isinstance(value, str) else None
@@ -75,6 +79,7 @@ def _is_finite(value: object) -> TypeGuard[float]:
 
 
 Cell = BeforeValidator(_number)
+MaybeCell = BeforeValidator(_maybe_number)
 Option: TypeAlias = Annotated[float | bool | tuple[float, ...], PlainValidator(_option)]
 Points: TypeAlias = Annotated[
     tuple[tuple[float, float], ...] | None,
@@ -101,6 +106,16 @@ MaybeClock: TypeAlias = Annotated[
     str, BeforeValidator(_maybe_clock), Field(description=f"{CLOCK_TEXT}; or nothing")
 ]
 Kilometre: TypeAlias = Annotated[float, Cell, Field(ge=-1000.0, le=10000.0)]
+MaybeLongitude: TypeAlias = Annotated[
+    Annotated[float, Field(ge=-180.0, le=180.0)] | None,
+    MaybeCell,
+    Field(description="a number from -180 up to 180, or nothing"),
+]
+MaybeLatitude: TypeAlias = Annotated[
+    Annotated[float, Field(ge=-90.0, le=90.0)] | None,
+    MaybeCell,
+    Field(description="a number from -90 up to 90, or nothing"),
+]
 Percent: TypeAlias = Annotated[float, Field(gt=0.0, le=100.0)]
 Mass: TypeAlias = Annotated[float, Field(gt=0.0, le=20000.0)]
 Brake: TypeAlias = Annotated[float, Field(ge=0.5, le=12.0)]

@@ -10,8 +10,11 @@ from kankaku.scenarios.reading.fields import (
     Clock,
     Kilometre,
     MaybeClock,
+    MaybeLatitude,
+    MaybeLongitude,
     MaybeName,
     Name,
+    OptionalText,
     Text,
 )
 
@@ -37,10 +40,10 @@ class StationRow(Row):
 
     id: Name
     name: Text
-    name_local: Text
     chainage_km: Kilometre
-    lon_deg: Annotated[float, Cell, Field(ge=-180.0, le=180.0)]
-    lat_deg: Annotated[float, Cell, Field(ge=-90.0, le=90.0)]
+    name_local: OptionalText = ""
+    lon_deg: MaybeLongitude = None
+    lat_deg: MaybeLatitude = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,66 @@
+"""The commands that make a scenario folder; each imports what it needs itself."""
+# ruff: noqa: PLC0415 - nobody waits for what another command needs
+
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+import typer
+
+from kankaku.commands.shared_options import end_with
+
+NewFolder: TypeAlias = Annotated[
+    Path,
+    typer.Argument(metavar="DIR", show_default=False, help="Folder to write; made if missing."),
+]
+Force: TypeAlias = Annotated[
+    bool, typer.Option("--force", help="Replace files that are there already.")
+]
+
+
+def import_(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
+    format_: Annotated[
+        str, typer.Argument(metavar="FORMAT", show_default=False, help="Of the source, e.g. gtfs.")
+    ],
+    source: Annotated[
+        Path, typer.Argument(metavar="SOURCE", show_default=False, help="File or folder.")
+    ],
+    folder: NewFolder,
+    route: Annotated[str, typer.Option(help="Which line of the source.")] = "",
+    day: Annotated[str, typer.Option(metavar="YYYYMMDD", help="Which day.")] = "",
+    begin: Annotated[
+        str, typer.Option("--from", metavar="HH:MM:SS", help="Trains that begin from then on.")
+    ] = "",
+    end: Annotated[
+        str, typer.Option("--until", metavar="HH:MM:SS", help="Trains that begin until then.")
+    ] = "",
+    train: Annotated[str, typer.Option(help="A train of the library.")] = "",
+    stock: Annotated[
+        Path | None, typer.Option(help="File of a train in the format of the source.")
+    ] = None,
+    headway: Annotated[
+        float | None,
+        typer.Option(min=10.0, max=86400.0, help="Seconds between trains without a timetable."),
+    ] = None,
+    trains: Annotated[
+        int | None, typer.Option(min=1, max=1000, help="How many trains without a timetable.")
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Make a scenario of a file in another format, and tell what was assumed."""
+    from kankaku.commands.import_shown import import_source
+    from kankaku.scenarios.importing.formats import Wish
+
+    wish = Wish(route, day, begin, end, train, stock, headway, trains)
+    end_with(import_source(format_, source, folder, wish, force=force))
+
+
+def add_commands(app: typer.Typer) -> None:
+    """
+    Add these commands to a command line.
+
+    Parameters
+    ----------
+    app
+        The command line.
+    """
+    app.command("import")(import_)
