@@ -15,6 +15,7 @@ from kankaku.sumo_net.build import SumoFiles, steps_per_look, witnessed
 from kankaku.sumo_net.door import bare, close, disarm, start
 from kankaku.sumo_net.engine import AGREEMENT_M, ALL_CHECKS_OFF, EngineDisagreementError
 from kankaku.sumo_net.network_xml import edge_of, twins
+from kankaku.sumo_net.witness_moves import places_then, speeds_between
 from kankaku.sumo_net.witness_xml import route_names, route_starts_m
 
 COMPARED_LOOKS = 10
@@ -159,19 +160,17 @@ class WitnessEngine(PlainEngine):
         front_m, speed_mps
             Fronts and speeds after the last one. [m], [m/s], shape (n_trains,)
         """
-        first, steps, running = self._steps, len(commands_mps), self._rows
-        after = np.arange(self._steps_per_look - first % self._steps_per_look, steps)
-        after = after[:: self._steps_per_look]
-        if after.size:
-            speeds_mps = np.vstack([self._speed_mps[running], commands_mps])
-            gone_m = 0.5 * self._step_s * np.cumsum(speeds_mps[:-1] + speeds_mps[1:], axis=0)
+        every, steps = self._steps_per_look, len(commands_mps)
+        first = every - self._steps % every
+        looks = max(0, (steps - 1 - first) // every + 1)
+        if looks:
             rows = self._looked_at()
-            there_m = np.repeat(self._front_m[rows][None], after.size, axis=0)
-            then_mps = np.repeat(self._speed_mps[rows][None], after.size, axis=0)
-            columns = np.searchsorted(rows, running)
-            there_m[:, columns] += gone_m[after - 1]
-            then_mps[:, columns] = speeds_mps[after]
-            times_s = self._begin_s + (first + after) * self._step_s
+            there_m = np.empty((looks, rows.size))
+            then_mps = np.empty((looks, rows.size))
+            trains = rows, self._rows, self._front_m, self._speed_mps
+            places_then(trains, commands_mps, (first, every, self._step_s), there_m, then_mps)
+            moments = self._steps + first + every * np.arange(looks)
+            times_s = self._begin_s + moments * self._step_s
             self._look(times_s.tolist(), rows, there_m, then_mps)
         super().moved(commands_mps, front_m, speed_mps)
 
@@ -189,11 +188,9 @@ class WitnessEngine(PlainEngine):
         """
         if self._leaves_sumo:
             self._take_off_in_sumo()
-        gone_m = np.diff(np.vstack([self._seen_m[rows], front_m]), axis=0)
-        twice_mean_mps = 2.0 * gone_m / self._period_s
-        before_mps = np.maximum(twice_mean_mps - speed_mps, 0.0)
-        after_mps = twice_mean_mps - before_mps
-        told = gone_m.tolist(), before_mps.tolist(), after_mps.tolist()
+        told_m_mps = np.empty((3, *front_m.shape))
+        speeds_between(rows, (self._seen_m, front_m, speed_mps), self._period_s, told_m_mps)
+        told = told_m_mps.tolist()
         vehicles = self._told_in(rows)
         for at, time_s in enumerate(times_s):
             self._move_in_sumo(vehicles, told[0][at], told[1][at], told[2][at])
@@ -212,7 +209,6 @@ class WitnessEngine(PlainEngine):
             # Distances add up: what is off once stays off.
             if added or ended or self._looks % COMPARED_LOOKS == 0:
                 self._compare(time_s, rows, front_m[at])
-        self._seen_m[rows] = front_m[-1]
 
     def _told_in(self, rows: IntArray) -> list[str]:
         """Return the vehicles of some rows; nothing for those that SUMO does not have."""

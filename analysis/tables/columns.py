@@ -217,11 +217,14 @@ def clock_texts(times_s: FloatArray) -> list[str]:
     """
     known = np.isfinite(times_s)
     # Half a second rounds up, so that no two seconds of a run have one clock.
-    whole = np.floor(np.where(known, times_s, 0.0) + 0.5).astype(np.int64)
-    return [
-        f"{second // 3600:02d}:{second // 60 % 60:02d}:{second % 60:02d}" if is_known else ""
-        for second, is_known in zip(whole.tolist(), known.tolist(), strict=True)
+    whole = np.where(known, np.floor(times_s + 0.5), -1.0).astype(np.int64)
+    # Trains share their seconds: there are far fewer than rows.
+    which, seconds = pd.factorize(whole)
+    clocks = [
+        "" if second < 0 else f"{second // 3600:02d}:{second // 60 % 60:02d}:{second % 60:02d}"
+        for second in seconds.tolist()
     ]
+    return np.array(clocks, dtype=object)[which].tolist()
 
 
 def csv_text(frame: pd.DataFrame, columns: Sequence[Column]) -> str:

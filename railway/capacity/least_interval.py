@@ -13,6 +13,7 @@ References
 .. [1] Sato et al. 2025, eqs. (14) and (15).
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from kankaku.railway.compiled import compiled, formula
 from kankaku.railway.motion.acceleration import accelerations, energy_gain
 from kankaku.railway.motion.run_curve import RunCurve, fastest
 from kankaku.railway.motion.way import Way, way_on
+from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
 
@@ -33,6 +35,8 @@ MOMENTS_S = 0.5
 """Moments of the departure that are looked at lie so close. [s]"""
 LONGEST_S = 120.0
 """No departure is looked at for longer. [s]"""
+MOST_KEPT = 64
+"""Ways whose remaining times are kept, a megabyte each. [-]"""
 
 
 class Pair(NamedTuple):
@@ -91,11 +95,19 @@ def remaining_times(way: Way) -> RemainingTimes:
     RemainingTimes
         Full traction up to the ceiling and the brake curve into the stop.
     """
-    pull, _ = accelerations(way.train_type)
-    cap_mps = np.sqrt(2.0 * way.cap_m2ps2)
+    along = way.chainage_m, way.cap_m2ps2, way.drag_mps2
+    return _tabulated(way.train_type, *(values.tobytes() for values in along))
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _tabulated(train_type: TrainType, *along: bytes) -> RemainingTimes:
+    """Tabulate it once for all runs of a study: no seed and no controller changes it."""
+    chainage_m, cap_m2ps2, drag_mps2 = (np.frombuffer(values).copy() for values in along)
+    pull, _ = accelerations(train_type)
+    cap_mps = np.sqrt(2.0 * cap_m2ps2)
     speeds = int(np.ceil(float(cap_mps.max()) / SPEED_CELL_MPS)) + 1
-    at_cap_s, time_s = _remaining(way.chainage_m, cap_mps, way.drag_mps2, pull, speeds)
-    return RemainingTimes(way.chainage_m, cap_mps, at_cap_s, time_s)
+    at_cap_s, time_s = _remaining(chainage_m, cap_mps, drag_mps2, pull, speeds)
+    return RemainingTimes(chainage_m, cap_mps, at_cap_s, time_s)
 
 
 @compiled

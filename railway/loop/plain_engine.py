@@ -6,6 +6,7 @@ from typing import Self
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.compiled import formula
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import Span
 from kankaku.railway.step.engine_contract import Observation
@@ -17,6 +18,59 @@ HALTING_SPEED_MPS = 0.1
 ROUNDING_S = 1e-6
 MOST_STEPS = 300
 """In one span. [-]"""
+
+
+@formula
+def is_past(rows: IntArray, front_m: FloatArray, ends_m: FloatArray) -> bool:
+    """
+    Return whether a train has come to the end of its line.
+
+    Parameters
+    ----------
+    rows
+        Who runs. shape (n_running,)
+    front_m
+        Fronts. [m], shape (n_trains,)
+    ends_m
+        Where they leave; infinite for those who end at a stop. [m], shape (n_running,)
+
+    Returns
+    -------
+    bool
+        Of nearly all moments that nobody has.
+    """
+    for place in range(rows.size):
+        if front_m[rows[place]] >= ends_m[place]:
+            return True
+    return False
+
+
+@formula
+def is_at_stop(
+    rows: IntArray, front_m: FloatArray, speed_mps: FloatArray, aims_m: FloatArray
+) -> bool:
+    """
+    Return whether a train begins a stop.
+
+    Parameters
+    ----------
+    rows
+        Who runs. shape (n_running,)
+    front_m, speed_mps
+        Fronts and speeds. [m], [m/s], shape (n_trains,)
+    aims_m
+        Where they stop next. [m], shape (n_running,)
+
+    Returns
+    -------
+    bool
+        Of nearly all moments that nobody does.
+    """
+    for place in range(rows.size):
+        if speed_mps[rows[place]] <= HALTING_SPEED_MPS:
+            if abs(front_m[rows[place]] - aims_m[place]) <= STOP_TOLERANCE_M:
+                return True
+    return False
 
 
 class PlainEngine:
@@ -180,11 +234,9 @@ class PlainEngine:
         self._next_release_s = min(self._release_s.values(), default=np.inf)
 
     def _past_end(self) -> tuple[int, ...]:
-        past = self._front_m[self._rows] >= self._world.line.end_m
-        if not past.any():
+        if not is_past(self._rows, self._front_m, self._ends_m):
             return ()
-        rows = self._rows[past & ~self._world.leaves_at_stop[self._rows]]
-        return tuple(rows.tolist())
+        return tuple(self._rows[self._front_m[self._rows] >= self._ends_m].tolist())
 
     def _releases(self, now_s: float) -> tuple[int, ...]:
         due = sorted(r for r, end_s in self._release_s.items() if now_s > end_s - ROUNDING_S)
@@ -207,6 +259,9 @@ class PlainEngine:
             self._gone.add(row)
 
     def _at_stop(self) -> tuple[int, ...]:
+        trains = self._rows, self._front_m, self._speed_mps
+        if not is_at_stop(*trains, self._aims_m):
+            return ()
         off_m = np.abs(self._front_m[self._rows] - self._aims_m)
         slow = self._speed_mps[self._rows] <= HALTING_SPEED_MPS
         return tuple(self._rows[(off_m <= STOP_TOLERANCE_M) & slow].tolist())
