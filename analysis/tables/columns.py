@@ -224,7 +224,7 @@ def clock_texts(times_s: FloatArray) -> list[str]:
         "" if second < 0 else f"{second // 3600:02d}:{second // 60 % 60:02d}:{second % 60:02d}"
         for second in seconds.tolist()
     ]
-    return np.array(clocks, dtype=object)[which].tolist()
+    return [clocks[at] for at in which.tolist()]
 
 
 def csv_text(frame: pd.DataFrame, columns: Sequence[Column]) -> str:
