@@ -76,6 +76,7 @@ class SumoEngine(PlainEngine):
         self._leaving: dict[int, int] = {}
         """In which step each train left that SUMO has not taken off yet."""
         self._pending: list[FloatArray] = []
+        """Commands to those who run that SUMO does not know yet. [m/s], (n_steps, n_running)"""
         self._met: set[int] = set()
         """Trains that have collided."""
         self._colliding: frozenset[int] = frozenset()
@@ -158,7 +159,7 @@ class SumoEngine(PlainEngine):
 
     def advance(self) -> None:
         """Move on by one step of constant acceleration."""
-        self._pending.append(self._command_mps[self._rows])
+        self._pending.append(self._command_mps[None, self._rows])
         super().advance()
 
     def span(self) -> Span | None:
@@ -183,7 +184,7 @@ class SumoEngine(PlainEngine):
         front_m, speed_mps
             Fronts and speeds after the last one. [m], [m/s], shape (n_trains,)
         """
-        self._pending.extend(commands_mps)
+        self._pending.append(commands_mps)
         super().moved(commands_mps, front_m, speed_mps)
 
     def _entries(self, _: float) -> tuple[int, ...]:
@@ -205,10 +206,12 @@ class SumoEngine(PlainEngine):
     def _catch_up(self) -> None:
         """Let SUMO do what was commanded, and compare."""
         there, vehicles = self._commanded()
-        first = self._steps - len(self._pending) + 1
-        for step, commands_mps in enumerate(self._pending, first):
+        commands_mps = [mps for bundle_mps in self._pending for mps in bundle_mps.tolist()]
+        for step, told_mps in enumerate(commands_mps, self._steps - len(commands_mps) + 1):
+            if len(told_mps) > len(vehicles):
+                told_mps = [told_mps[place] for place in there]  # noqa: PLW2901 - fewer of them
             # Each step anew: SUMO forgets a speed while a stop lies ahead.
-            for _ in map(self._set_speed, vehicles, commands_mps[there].tolist()):
+            for _ in map(self._set_speed, vehicles, told_mps):
                 pass
             self._advance()
             if self._collisions() or self._colliding:

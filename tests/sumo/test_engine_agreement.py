@@ -99,3 +99,28 @@ def test_a_train_off_its_commands_stops_the_run(
         monkeypatch.setattr(engine, "_set_speed", lambda train, mps: honest(train, 1.01 * mps))
         with pytest.raises(EngineDisagreementError, match="off its commands"):
             accelerate(engine)
+
+
+def test_a_stop_that_ends_in_one_of_both_alone_stops_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = two_station_scenario(1, step_s=0.1)
+    world = world_of(scenario)
+    run = Run(world, np.zeros((1, 2)), 1, 600.0)
+    with SumoEngine(build(scenario, world, np.zeros((1, 2)), tmp_path), world) as engine:
+        monkeypatch.setattr(engine, "_dwell_s", engine._dwell_s + 90.0)  # noqa: SLF001
+        with pytest.raises(EngineDisagreementError, match="end the stop of T1 together"):
+            simulate(run, engine, controller_of(world), all_meters(world))
+
+
+def test_a_stop_that_sumo_is_not_told_to_extend_stops_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = two_station_scenario(2, 90.0, step_s=0.1)
+    world = world_of(scenario)
+    delay_s = np.zeros((2, 2))
+    with SumoEngine(build(scenario, world, delay_s, tmp_path), world) as engine:
+        monkeypatch.setattr(engine, "_set_stop", lambda *_: None)
+        controller = supervised(world, HoldEverybody(world, open_s=17.3, closed_s=6.1))
+        with pytest.raises(EngineDisagreementError, match="end the stop of"):
+            simulate(Run(world, delay_s, 1, 600.0), engine, controller, all_meters(world))
