@@ -232,8 +232,10 @@ class SumoEngine(PlainEngine):
 
     def _take_note(self, step: int) -> None:
         """Take note of what has happened in one of SUMO's steps."""
-        if step < self._steps and (self._departed() or self._stop_ending()):
-            self._refuse("a train entered, or its stop ended, earlier than expected")
+        early = {*self._named(self._stop_ending()), *self._named(self._departed())}
+        if step < self._steps and early - self._met:
+            trains = ", ".join(self._vehicles[row] for row in sorted(early - self._met))
+            self._refuse(f"SUMO lets {trains} go earlier than we do")
         for row in self._named(self._stop_starting()):
             if step < self._steps:
                 self._begin(row, step)
@@ -256,7 +258,7 @@ class SumoEngine(PlainEngine):
         apart = ({*self._named(self._stop_ending())} ^ {*seen.released}) - self._met
         if apart:
             trains = ", ".join(self._vehicles[row] for row in sorted(apart))
-            self._refuse(f"SUMO and we do not end the stop of {trains} together")
+            self._refuse(f"SUMO lets {trains} go, or we do, and not both")
         self._begun.difference_update(seen.released)
         for row in seen.left:
             if row not in self._off:
