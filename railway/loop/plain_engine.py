@@ -39,10 +39,10 @@ def is_past(rows: IntArray, front_m: FloatArray, ends_m: FloatArray) -> bool:
     bool
         Of nearly all moments that nobody has.
     """
+    past = False
     for place in range(rows.size):
-        if front_m[rows[place]] >= ends_m[place]:
-            return True
-    return False
+        past |= front_m[rows[place]] >= ends_m[place]
+    return past
 
 
 @formula
@@ -67,9 +67,9 @@ def is_at_stop(
         Of nearly all moments that nobody does.
     """
     for place in range(rows.size):
-        if speed_mps[rows[place]] <= HALTING_SPEED_MPS:
-            if abs(front_m[rows[place]] - aims_m[place]) <= STOP_TOLERANCE_M:
-                return True
+        slow = speed_mps[rows[place]] <= HALTING_SPEED_MPS
+        if slow and abs(front_m[rows[place]] - aims_m[place]) <= STOP_TOLERANCE_M:
+            return True
     return False
 
 
