@@ -107,10 +107,10 @@ class Bundling:
         watched = self._tracker.watched(until_s)
         if seen.time_s >= watched.until_s:
             return 0, memories
-        most, kept, sampling = self._recorder.space()
+        most, kept, sampling = self._recorder.space(span.time_s.size)
         front_m, speed_mps = seen.front_m.copy(), seen.speed_mps.copy()
         trains = front_m, front_m - watched.length_m, speed_mps, state.clear_to_m.copy()
-        commanded_mps = np.empty((min(most, span.time_s.size), span.rows.size))
+        commanded_mps = np.empty((most, span.rows.size))
         given = trains, (plain(span), tuple(watched), state.lasting)
         written = commanded_mps, tuple(kept), tuple(sampling)
         taken, samples, until_sample = self._run(self._prepared, given, written)

@@ -97,9 +97,14 @@ class Recorder:
         if self._written > BLOCK_STEPS:
             self.flush()
 
-    def space(self) -> tuple[int, BlockRows, Sampling]:
+    def space(self, wanted: int) -> tuple[int, BlockRows, Sampling]:
         """
         Return how many steps may be written in one go, and where.
+
+        Parameters
+        ----------
+        wanted
+            No more are wanted. [-]
 
         Returns
         -------
@@ -107,7 +112,7 @@ class Recorder:
             At least one step, and where they and samples of them go.
         """
         at, every = self._written, self._sample_every
-        steps = BLOCK_STEPS + 1 - at
+        steps = min(BLOCK_STEPS + 1 - at, wanted)
         size, most = self._front_m.shape[1], steps // every + 1
         arrays = self._time_s, self._front_m, self._speed_mps, self._eoa_m, self._delay_s
         found, asked = nothing_found(most, size), np.zeros((most, 2, size), dtype=np.intp)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kankaku.railway.arrays import FloatArray, IntArray
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.failures.unit_failures import Units
 from kankaku.railway.loop.compiled_loop import Watched
 from kankaku.railway.plan.world import World
@@ -44,6 +44,7 @@ class Tracker:
         self._last_arrival_s = np.full(size, np.nan)
         self._calls_version = self._grants = 0
         self._ready: list[int] = []
+        self._watched = self._who_is_watched()
         self._unfinished = size
         # Who moves now began to a step ago, and might have departed a reaction before.
         self._late_s = world.step_s + world.reaction_s
@@ -87,11 +88,7 @@ class Tracker:
             front_watch_m,
             tail_watch_m,
             self._next_clear_m,
-            np.array(self._ready, dtype=np.intp),
-            self._world.length_m,
-            self._present,
-            self._running,
-            np.flatnonzero(self._present),
+            *self._watched,
         )
 
     def update(self, seen: Observation) -> LineState:
@@ -231,6 +228,13 @@ class Tracker:
         for row in left:
             self._leaders.leave(row, time_s)
         self._show_leaders()
+        self._watched = self._who_is_watched()
+
+    def _who_is_watched(self) -> tuple[IntArray, FloatArray, BoolArray, BoolArray, IntArray]:
+        """Return who is about to depart, all lengths, and who is on the line; events change it."""
+        ready = np.array(self._ready, dtype=np.intp)
+        present, running = self._present, self._running
+        return ready, self._world.length_m, present, running, np.flatnonzero(present)
 
     def _show_leaders(self) -> None:
         self._leader = self._leaders.leader.copy()
