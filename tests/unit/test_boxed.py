@@ -10,7 +10,7 @@ from kankaku.railway.compiled import Plain, compiled
 def _summed(box) -> float:  # type: ignore[no-untyped-def]  # noqa: ANN001 - numba has no types
     inner, beside = box.inside
     values, factor = inner.inside
-    return factor * values.sum() + beside[0]
+    return float(factor * values.sum() + beside[0])
 
 
 def test_what_is_put_in_comes_out() -> None:

@@ -70,7 +70,7 @@ def test_whoever_was_not_planned_for_is_sent_nothing() -> None:
 
 
 @pytest.mark.parametrize(("age_s", "sent"), [(0.0, False), (VALID_S, True), (99.0, True)])
-def test_a_train_has_run_on_since_its_report(age_s: float, sent: bool) -> None:  # noqa: FBT001
+def test_a_train_has_run_on_since_its_report(age_s: float, sent: bool) -> None:
     """Where it cannot stop any more before the band ahead, the plan is not what is wrong."""
     brake_mps2 = float(WORLD.braking.service_mps2[1])
     overlapping = ((1400.0, 1700.0), (400.0, 1450.0))
