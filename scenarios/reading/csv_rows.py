@@ -14,6 +14,7 @@ from pydantic.fields import FieldInfo
 
 from kankaku.scenarios.reading.cell_texts import NUMBER
 from kankaku.scenarios.reading.explain import refused_cell
+from kankaku.scenarios.reading.fields import CLOCK_TEXT
 from kankaku.scenarios.reading.row_formats import Row
 
 R = TypeVar("R", bound=Row)
@@ -129,13 +130,46 @@ class _Column:
         return values, np.flatnonzero(~good).tolist()
 
 
-def _field_infos(model: type[Row]) -> dict[str, FieldInfo]:
+def field_infos(model: type[Row]) -> dict[str, FieldInfo]:
+    """
+    Return what the cells of a kind of row may hold.
+
+    Parameters
+    ----------
+    model
+        The kind of row.
+
+    Returns
+    -------
+    dict[str, FieldInfo]
+        By column.
+    """
     hints = get_type_hints(model, include_extras=True)
     return {
         part.name: FieldInfo.from_annotation(hints[part.name])
         for part in fields(model)
         if part.name != "row"
     }
+
+
+def clock_columns(model: type[Row]) -> frozenset[str]:
+    """
+    Return which columns hold times of day.
+
+    Parameters
+    ----------
+    model
+        A kind of row.
+
+    Returns
+    -------
+    frozenset[str]
+        Their names.
+    """
+    infos = field_infos(model).items()
+    return frozenset(
+        name for name, info in infos if (info.description or "").startswith(CLOCK_TEXT)
+    )
 
 
 @dataclass
@@ -157,7 +191,7 @@ class RowReader(Generic[R]):
     """Cells of the first of them."""
 
     def __post_init__(self) -> None:
-        infos = _field_infos(self.model)
+        infos = field_infos(self.model)
         self._columns = [
             _Column(name, infos[name], TypeAdapter(infos[name].rebuild_annotation()))
             for name in self.header
@@ -177,7 +211,7 @@ class RowReader(Generic[R]):
         tuple[str, str]
             Problem and what is allowed.
         """
-        return refused_cell(_field_infos(self.model)[column], self.first_refused[column])
+        return refused_cell(field_infos(self.model)[column], self.first_refused[column])
 
     def read(self, pieces: Iterable[tuple[range, list[list[str]]]]) -> None:
         """

@@ -1,7 +1,8 @@
-"""Reading of TOML and CSV files; mistakes are collected, not raised."""
+"""Reading of TOML, CSV and Excel files; mistakes are collected, not raised."""
 
 import csv
 import hashlib
+import os
 import re
 import tomllib
 from collections import Counter
@@ -11,7 +12,14 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from kankaku.scenarios.reading.cell_texts import printable, shown
-from kankaku.scenarios.reading.csv_rows import LONGEST_LINE, LongLineError, Records, RowReader
+from kankaku.scenarios.reading.csv_rows import (
+    LONGEST_LINE,
+    LongLineError,
+    Records,
+    RowReader,
+    clock_columns,
+)
+from kankaku.scenarios.reading.excel_sheets import ENDING, read_sheet
 from kankaku.scenarios.reading.mistakes import Mistake, also_in, meant, row_place
 from kankaku.scenarios.reading.raw import UnreadableError, read_whole
 from kankaku.scenarios.reading.row_formats import Row, columns
@@ -81,8 +89,12 @@ class Reader:
                 together.update(part)
         return together.hexdigest()
 
-    def _bytes(self, path: Path, role: str, most_bytes: int, *, optional: bool) -> bytes | None:
+    def _text(self, path: Path, role: str, most_bytes: int, *, optional: bool) -> bytes | None:
         """Return text in UTF-8; nothing, and a mistake, if there is none."""
+        content = self._bytes(path, role, most_bytes, optional=optional)
+        return content if content is not None and self._is_text(path, content) else None
+
+    def _bytes(self, path: Path, role: str, most_bytes: int, *, optional: bool) -> bytes | None:
         try:
             content = read_whole(path, most_bytes)
         except UnreadableError as error:
@@ -93,7 +105,7 @@ class Reader:
                 self._fault(path, "", "the file is missing", "a readable file of that name")
             return None
         self._read[f"{role}/{path.name}"] = content
-        return content if self._is_text(path, content) else None
+        return content
 
     def _is_text(self, path: Path, content: bytes) -> bool:
         at, mark = content.find(b"\0"), _MARKS.get(content[:2])
@@ -142,7 +154,7 @@ class Reader:
         dict[str, Any] | None
             Its content; nothing if it cannot be read.
         """
-        content = self._bytes(path, role, MOST_TOML_BYTES, optional=False)
+        content = self._text(path, role, MOST_TOML_BYTES, optional=False)
         if content is None:
             return None
         text = content.decode("utf-8-sig")
@@ -174,12 +186,12 @@ class Reader:
 
     def csv(self, path: Path, role: str, model: type[R], *, optional: bool = False) -> Table[R]:
         """
-        Read a CSV file.
+        Read a CSV file, or the Excel file of its name where there is one instead.
 
         Parameters
         ----------
         path
-            The file.
+            The CSV file.
         role
             Under what name its folder enters the digest.
         model
@@ -193,7 +205,14 @@ class Reader:
             Its good rows.
         """
         known = len(self.mistakes)
-        content = self._bytes(path, role, MOST_CSV_BYTES, optional=optional)
+        workbook = path.with_suffix(ENDING)
+        if os.path.lexists(workbook):
+            if not os.path.lexists(path):
+                return self._sheet(workbook, role, model, optional=optional)
+            problem = f"{workbook.name} is there, too, and nobody knows which one holds"
+            self._fault(path, "", problem, "one of the two")
+            return Table(path.name, complete=False)
+        content = self._text(path, role, MOST_CSV_BYTES, optional=optional)
         if content is None:
             missing = len(self.mistakes) > known
             return Table(path.name, complete=not missing, present=False)
@@ -209,6 +228,27 @@ class Reader:
             problem = f"a row of more than {LONGEST_LINE:,} characters"
             self._fault(path, "", problem, "a line for each row, quotation marks in pairs")
         return Table(path.name, rows, complete=len(self.mistakes) == known)
+
+    def _sheet(self, path: Path, role: str, model: type[R], *, optional: bool) -> Table[R]:
+        """Read an Excel file in place of a CSV file."""
+        known = len(self.mistakes)
+        try:
+            content = self._bytes(path, role, MOST_CSV_BYTES, optional=False) or b""
+            if len(self.mistakes) > known:
+                return Table(path.name, complete=False)
+            name = path.with_suffix(".csv").name
+            sheet = read_sheet(content, path.stem, clock_columns(model), name)
+        except UnreadableError as error:
+            self._fault(path, "", error.problem, error.allowed)
+            return Table(path.name, complete=False)
+        # Whoever tells a mistake of a row names the file; so all of them name the sheet.
+        place = path.with_name(f"{path.name}, sheet {printable(sheet.title)}")
+        for row, column, problem in sheet.troubles:
+            self._fault(place, row_place(row, printable(column[:40])), problem, "a value")
+        if sheet.troubles:
+            return Table(place.name, complete=False)
+        rows = self._table(place, model, sheet.pieces(), optional=optional)
+        return Table(place.name, rows, complete=len(self.mistakes) == known)
 
     def _table(
         self,

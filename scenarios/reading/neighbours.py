@@ -9,6 +9,7 @@ from pathlib import Path
 
 from kankaku.railway.plan.scenario import MAIN_FILE
 from kankaku.scenarios.reading.cell_texts import printable, shown
+from kankaku.scenarios.reading.excel_sheets import ENDING
 from kankaku.scenarios.reading.mistakes import Mistake
 
 KNOWN = (
@@ -41,6 +42,8 @@ KNOWN = (
     "public_intervals.csv",
 )
 """Every file that a command reads from a scenario folder, or a tool made one of them from."""
+SHEETS = {name.replace(".csv", ENDING): name for name in KNOWN if name.endswith(".csv")}
+"""Excel files that may stand in place of CSV files, by name."""
 MOST_TOLD = 8
 """Files of one folder. [-]"""
 _QUANTILES = "dwell_quantiles.csv"
@@ -101,8 +104,11 @@ def unread(folders: Iterable[Path], *, has_delays: bool) -> tuple[str, ...]:
     """
     distinct = [Path(real) for real in dict.fromkeys(map(os.path.realpath, folders))]
     sentences = [sentence for folder in distinct for sentence in _unread_in(folder)]
-    if not has_delays and (distinct[0] / _QUANTILES).exists():
-        sentences.append(f"{_QUANTILES} is not read: {MAIN_FILE} has no [dwell_delays]")
+    sentences += [
+        f"{name} is not read: {MAIN_FILE} has no [dwell_delays]"
+        for name in (_QUANTILES, _sibling(_QUANTILES))
+        if not has_delays and (distinct[0] / name).exists()
+    ]
     return tuple(sentences)
 
 
@@ -117,11 +123,18 @@ def _unread_in(folder: Path) -> list[str]:
 
 
 def _sentence(name: str, names: list[str]) -> str:
-    if name in KNOWN or name.startswith("."):
+    # Excel puts a file of that kind beside one that it has open.
+    if name in KNOWN or name in SHEETS or name.startswith((".", "~$")):
         return ""
     plain = name.casefold().replace(" ", "_").replace("-", "_")
-    likely = get_close_matches(plain, KNOWN, n=1, cutoff=0.8)
-    missing = [other for other in likely if other not in names]
+    of_kind = SHEETS if plain.endswith(ENDING) else KNOWN
+    likely = get_close_matches(plain, of_kind, n=1, cutoff=0.8)
+    missing = [other for other in likely if not {other, _sibling(other)} & {*names}]
     if missing:
         return f"{shown(name)} is not read; did you mean {missing[0]}?"
-    return f"{shown(name)} is not read" if plain.endswith((".csv", ".toml")) else ""
+    return f"{shown(name)} is not read" if plain.endswith((".csv", ".toml", ENDING)) else ""
+
+
+def _sibling(name: str) -> str:
+    """Return the file that may stand in place of another one."""
+    return SHEETS.get(name) or name.replace(".csv", ENDING)
