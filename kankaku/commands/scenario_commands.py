@@ -54,6 +54,38 @@ def import_(  # noqa: PLR0913, PLR0917 - one argument per option of the command 
     end_with(import_source(format_, source, folder, wish, force=force))
 
 
+def dwells(  # noqa: PLR0917 - one argument per option of the command line
+    events: Annotated[
+        Path,
+        typer.Argument(
+            metavar="EVENTS",
+            show_default=False,
+            help="Observed arrivals and departures as CSV, or GTFS-realtime vehicle positions.",
+        ),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder to write; made if missing.", show_default="nothing is written"),
+    ] = None,
+    scenario: Annotated[
+        Path | None, typer.Option(help="Scenario folder whose dwells these become.")
+    ] = None,
+    line: Annotated[str, typer.Option(help="Which line of the events.")] = "",
+    timezone: Annotated[
+        str, typer.Option(metavar="ZONE", help="Of the line, e.g. Europe/Berlin.")
+    ] = "",
+    longest: Annotated[
+        float,
+        typer.Option(min=30.0, max=3600.0, help="What stands longer waits or turns round. [s]"),
+    ] = 300.0,
+    force: Force = False,
+) -> None:
+    """Work out dwell times and delays of observed trains, for a scenario to draw from."""
+    from kankaku.commands.dwells_shown import work_out_dwells
+
+    end_with(work_out_dwells(events, out, scenario, line, timezone, longest, force=force))
+
+
 def add_commands(app: typer.Typer) -> None:
     """
     Add these commands to a command line.
@@ -64,3 +96,4 @@ def add_commands(app: typer.Typer) -> None:
         The command line.
     """
     app.command("import")(import_)
+    app.command("dwells")(dwells)
