@@ -30,6 +30,7 @@ from scipy.sparse import coo_array
 from kankaku.railway.motion.run_curve import driven_run_s
 from kankaku.railway.plan.driving_style import DrivingStyle
 from kankaku.scenarios.loading.public_timetable import PUBLIC_FILE, Source, read_source
+from kankaku.scenarios.reading.excel_sheets import ENDING
 from kankaku.scenarios.reading.units import clock_of
 
 CALLS_FILE = "calls.csv"
@@ -340,6 +341,10 @@ def write_calls(folder: Path, *, force: bool = False) -> Path:
     target = folder / CALLS_FILE
     if os.path.lexists(target) and not force:
         msg = f"{target}: is there already; allowed: --force, which writes it anew"
+        raise FileExistsError(msg)
+    workbook = target.with_suffix(ENDING)
+    if os.path.lexists(workbook):
+        msg = f"{workbook}: stands in place of {CALLS_FILE}; allowed: no such file"
         raise FileExistsError(msg)
     text = reconstruct(read_source(folder))
     beside = folder / f".{CALLS_FILE}.{os.getpid()}"

@@ -42,7 +42,13 @@ KNOWN = (
     "public_intervals.csv",
 )
 """Every file that a command reads from a scenario folder, or a tool made one of them from."""
-SHEETS = {name.replace(".csv", ENDING): name for name in KNOWN if name.endswith(".csv")}
+_MADE_FROM = ("public_timetable.csv", "quiet_runs.csv", "public_intervals.csv")
+"""What tools make other files from, and read by themselves."""
+SHEETS = {
+    name.replace(".csv", ENDING): name
+    for name in KNOWN
+    if name.endswith(".csv") and name not in _MADE_FROM
+}
 """Excel files that may stand in place of CSV files, by name."""
 MOST_TOLD = 8
 """Files of one folder. [-]"""

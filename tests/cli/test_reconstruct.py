@@ -172,3 +172,12 @@ def test_a_time_without_a_dwell_is_told(folder: Path, capsys: pytest.CaptureFixt
     only = TIMED.replace("middle,20,30,1.5,,\n", "")
     (folder / "dwell_stations.csv").write_text(only, encoding="utf-8")
     assert "no row of 'middle' holds for 'unit' at 07:03" in refused(capsys, folder, "--force")
+
+
+def test_an_excel_file_in_its_place_is_not_put_aside(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "calls.csv").rename(folder / "calls.xlsx")
+    told = refused(capsys, folder, "--force")
+    assert "calls.xlsx: stands in place of calls.csv" in told
+    assert not (folder / "calls.csv").exists()
