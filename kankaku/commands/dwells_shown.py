@@ -8,7 +8,7 @@ import numpy as np
 from kankaku.commands.screen import answers, complain, counted_text, show_table
 from kankaku.commands.told_tables import path_line
 from kankaku.railway.errors import KankakuError
-from kankaku.scenarios.drafts.tables import DraftError, write_files
+from kankaku.scenarios.drafts.draft import DraftError, write_files
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.observing.dwell_files import (
     NOTES_FILE,
@@ -19,8 +19,8 @@ from kankaku.scenarios.observing.dwell_files import (
     write_into_scenario,
 )
 from kankaku.scenarios.observing.dwell_statistics import DwellStatistics, dwell_statistics
+from kankaku.scenarios.observing.event_sources import observed
 from kankaku.scenarios.observing.observed_dwells import dwells_of
-from kankaku.scenarios.observing.sources import observed
 
 BESIDE = "observed_dwells"
 """Folder of figures and of the table for people, beside the files that a scenario reads."""
@@ -71,7 +71,7 @@ def work_out_dwells(
         found = dwell_statistics(dwells_of(observed(events, line, timezone), longest_s))
         written = _written(found, out, scenario, force=force)
     except KankakuError as error:
-        complain(f"{events} {error.verdict}", error.sentences)
+        complain(f"{events} {error.verdict}", error.sentences, error.pointer)
     _tell(found)
     if folder and written:
         _draw(found, folder / BESIDE, force=force)
@@ -98,7 +98,7 @@ def _written(
             load(scenario)
         except KankakuError as error:
             # What a run would refuse is told now.
-            complain(f"{scenario} was written, and {error.verdict}", error.sentences)
+            complain(f"{scenario} was written, and {error.verdict}", error.sentences, error.pointer)
         return written
     return None
 

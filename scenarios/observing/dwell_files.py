@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import tomlkit
 
 from kankaku.railway.plan.scenario import MAIN_FILE
-from kankaku.scenarios.drafts.tables import DraftError, csv_text, write_files
+from kankaku.scenarios.drafts.draft import DraftError, csv_text, write_files
 from kankaku.scenarios.observing.dwell_statistics import (
     LEAST_OF_HOUR,
     LEAST_OF_STATION,

@@ -1,4 +1,4 @@
-"""Observed events in a CSV file: a row for each train at each station."""
+"""Observed events in a CSV or Excel file: a row for each train at each station."""
 
 import csv
 import io
@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from datetime import tzinfo
 from pathlib import Path
 
-from kankaku.scenarios.drafts.provenance_notes import Notes
+from kankaku.scenarios.drafts.provenance_notes import SourceNotes
 from kankaku.scenarios.observing.event_times import (
     TIME_TEXT,
     midnight_s,
@@ -17,6 +17,7 @@ from kankaku.scenarios.observing.event_times import (
 )
 from kankaku.scenarios.observing.visits import EventsError, ObservedEvents, Visit
 from kankaku.scenarios.reading.cell_texts import shown
+from kankaku.scenarios.reading.excel_sheets import ENDING, read_sheet
 from kankaku.scenarios.reading.mistakes import also_in, row_place
 from kankaku.scenarios.reading.raw import UnreadableError, read_whole
 
@@ -36,12 +37,13 @@ SYNONYMS: Mapping[str, Sequence[str]] = {
 }
 """Names of columns that are understood, the likeliest first."""
 NEEDED = ("train", "station", "arrival", "departure")
+_TIMES = ("arrival", "departure", "booked arrival", "booked departure")
 _EMPTY = frozenset({"", "null", "none", "na", "nan", "-"})
 
 
 def read_event_table(path: Path, line: str = "", timezone: str = "") -> ObservedEvents:
     """
-    Read observed events from a CSV file.
+    Read observed events from a CSV or Excel file.
 
     Parameters
     ----------
@@ -78,7 +80,7 @@ def read_event_table(path: Path, line: str = "", timezone: str = "") -> Observed
         raise EventsError((f"{path.name}: no events of line {shown(line)}; allowed: {allowed}",))
     if told := reader.told():
         raise EventsError(tuple(told))
-    notes = Notes(f"Dwells were worked out from the observed events of `{path.name}`.")
+    notes = SourceNotes(f"Dwells were worked out from the observed events of `{path.name}`.")
     for meaning, column in columns.items():
         notes.take(meaning, f"column {column}")
     if len(known) > 1 and not line:
@@ -91,6 +93,8 @@ def _records(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     """Return the names of the columns, and the rows that say anything with their numbers."""
     try:
         content = read_whole(path, MOST_BYTES)
+        if content is not None and path.suffix.casefold() == ENDING:
+            return _sheet_records(path, content)
         text = content.decode("utf-8-sig") if content is not None else ""
     except UnreadableError as error:
         told = f"{path.name}: {error.problem}; allowed: {error.allowed}"
@@ -107,6 +111,27 @@ def _records(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
         return header, [(number, cells) for number, cells in enumerate(records, 2) if any(cells)]
     except csv.Error as error:
         raise EventsError((f"{path.name}: {error}; allowed: fields with commas",)) from error
+
+
+def _sheet_records(path: Path, content: bytes) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Return the same of an Excel file."""
+    clocks = {name for meaning in _TIMES for name in SYNONYMS[meaning]}
+    sheet = read_sheet(content, path.stem, clocks, path.with_suffix(".csv").name)
+    if sheet.troubles:
+        raise EventsError(
+            tuple(
+                f"{path.name}: {row_place(row, column)}: {problem}; allowed: a value"
+                for row, column, problem in sheet.troubles
+            )
+        )
+    found = [
+        (number, cells)
+        for numbers, piece in sheet.pieces()
+        for number, cells in zip(numbers, piece, strict=True)
+        if any(cells)
+    ]
+    header = [name.strip().casefold() for name in found[0][1]] if found else []
+    return header, found[1:]
 
 
 def _columns(file: str, header: Sequence[str]) -> dict[str, str]:
@@ -218,7 +243,7 @@ class _EventRows:
         ]
 
 
-def _note(notes: Notes, reader: _EventRows, timezone: str) -> None:
+def _note(notes: SourceNotes, reader: _EventRows, timezone: str) -> None:
     if reader.empty:
         told = f"{reader.empty} rows without arrival and departure"
         notes.miss(told, "left out")

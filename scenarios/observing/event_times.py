@@ -51,14 +51,14 @@ def midnight_s(text: str) -> float | None:
     Parameters
     ----------
     text
-        ``YYYY-MM-DD`` or ``YYYYMMDD``.
+        ``YYYY-MM-DD`` or ``YYYYMMDD``; from Excel also with a time of 0.
 
     Returns
     -------
     float | None
         Seconds since some midnight, the same one for all days; nothing if it is no date. [s]
     """
-    found = _PLAIN_DATE.fullmatch(text)
+    found = _PLAIN_DATE.fullmatch(text.removesuffix(" 00:00:00"))
     try:
         day = date(int(found[1]), int(found[2]), int(found[3])) if found else None
     except ValueError:
@@ -157,6 +157,9 @@ def time_s(text: str, day_s: float | None, zone: tzinfo | None) -> float:
     except ValueError:
         moment = None
     if moment is None or len(text) < len("2026-01-01T00:00"):
+        # Of a time alone; here it may have a date.
         trouble = clock_trouble(text)
-        raise ValueError(f"{shown(text)} is no time" + (f": it {trouble}" if trouble else ""))
+        told = f": it {trouble}" if trouble and "date" not in trouble else ""
+        msg = f"{shown(text)} is no time{told}"
+        raise ValueError(msg)
     return instant_s(moment, zone)

@@ -19,7 +19,7 @@ _VARINT, _EIGHT_BYTES, _BYTES, _FOUR_BYTES = 0, 1, 2, 5
 _LONGEST_VARINT = 70
 
 
-class Report(NamedTuple):
+class PositionReport(NamedTuple):
     """Where a train was at a moment, as it reported itself."""
 
     time_s: float
@@ -35,7 +35,7 @@ class Report(NamedTuple):
     is_standing: bool
 
 
-def json_reports(text: str) -> Iterator[Report]:
+def json_reports(text: str) -> Iterator[PositionReport]:
     """
     Yield the reports of messages in JSON.
 
@@ -46,7 +46,7 @@ def json_reports(text: str) -> Iterator[Report]:
 
     Yields
     ------
-    Report
+    PositionReport
         By message.
 
     Raises
@@ -76,7 +76,7 @@ def _of(table: Mapping[str, Any], key: str) -> Any:  # noqa: ANN401 - of any mes
     return table.get(key, table.get(first + "".join(map(str.capitalize, others))))
 
 
-def _report(vehicle: Mapping[str, Any], stamp: Any) -> Iterator[Report]:  # noqa: ANN401
+def _report(vehicle: Mapping[str, Any], stamp: Any) -> Iterator[PositionReport]:  # noqa: ANN401
     """Yield the report of a vehicle, if it says when and where it is."""
     trip, own = (_of(vehicle, key) or {} for key in ("trip", "vehicle"))
     stop, time = _of(vehicle, "stop_id"), _of(vehicle, "timestamp") or stamp
@@ -85,7 +85,7 @@ def _report(vehicle: Mapping[str, Any], stamp: Any) -> Iterator[Report]:  # noqa
     state = _of(vehicle, "current_status")
     trip_id, date = (str(_of(trip, key) or "") for key in ("trip_id", "start_date"))
     route, direction = (_of(trip, key) for key in ("route_id", "direction_id"))
-    yield Report(
+    yield PositionReport(
         float(time),
         trip_id,
         date,
@@ -97,7 +97,7 @@ def _report(vehicle: Mapping[str, Any], stamp: Any) -> Iterator[Report]:  # noqa
     )
 
 
-def protobuf_reports(content: bytes) -> Iterator[Report]:
+def protobuf_reports(content: bytes) -> Iterator[PositionReport]:
     """
     Yield the reports of a message in protobuf.
 
@@ -108,7 +108,7 @@ def protobuf_reports(content: bytes) -> Iterator[Report]:
 
     Yields
     ------
-    Report
+    PositionReport
         In the order of the message.
 
     Raises

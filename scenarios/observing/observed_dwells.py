@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import NamedTuple
 
-from kankaku.scenarios.drafts.provenance_notes import Notes
+from kankaku.scenarios.drafts.provenance_notes import SourceNotes
 from kankaku.scenarios.observing.event_times import DAY_S
 from kankaku.scenarios.observing.visits import EventsError, ObservedEvents, Visit
 
@@ -38,7 +38,7 @@ class DwellSample:
     dwells: tuple[Dwell, ...]
     names: dict[str, str]
     """Names by station."""
-    notes: Notes
+    notes: SourceNotes
     visits: int
     """Visits that they are taken from. [-]"""
     longest_s: float

@@ -9,9 +9,9 @@ from itertools import groupby, pairwise
 from pathlib import Path
 from statistics import median
 
-from kankaku.scenarios.drafts.provenance_notes import Notes
+from kankaku.scenarios.drafts.provenance_notes import SourceNotes
 from kankaku.scenarios.observing.event_times import epoch_s, midnight_s, service_day_s, zone_of
-from kankaku.scenarios.observing.feed_messages import Report, json_reports, protobuf_reports
+from kankaku.scenarios.observing.feed_messages import PositionReport, json_reports, protobuf_reports
 from kankaku.scenarios.observing.visits import EventsError, ObservedEvents, Visit
 from kankaku.scenarios.reading.cell_texts import printable, shown
 from kankaku.scenarios.reading.raw import UnreadableError, read_whole
@@ -48,7 +48,7 @@ def read_vehicle_positions(path: Path, line: str = "", timezone: str = "") -> Ob
     """
     zone = zone_of(timezone)
     mistakes: list[str] = []
-    reports: set[Report] = set()
+    reports: set[PositionReport] = set()
     for name, content in _messages(path):
         try:
             reports.update(_reports(name, content))
@@ -65,7 +65,7 @@ def read_vehicle_positions(path: Path, line: str = "", timezone: str = "") -> Ob
     if not visits:
         told = f"{path.name}: no train reported that it stood at a stop"
         raise EventsError((f"{told}; allowed: current_status STOPPED_AT with a stop_id",))
-    notes = Notes(f"Dwells were worked out from the vehicle positions of `{path.name}`.")
+    notes = SourceNotes(f"Dwells were worked out from the vehicle positions of `{path.name}`.")
     notes.take("arrival", "first report of a train with current_status STOPPED_AT and this stop_id")
     notes.take("departure", "first report of the train after it")
     every_s = _interval_s(chosen)
@@ -75,7 +75,7 @@ def read_vehicle_positions(path: Path, line: str = "", timezone: str = "") -> Ob
     return ObservedEvents(visits, notes, {visit.station: visit.station for visit in visits})
 
 
-def _reports(name: str, content: bytes) -> Iterator[Report]:
+def _reports(name: str, content: bytes) -> Iterator[PositionReport]:
     if name.endswith(".gz"):
         try:
             name, content = name[:-3], gzip.decompress(content)
@@ -127,17 +127,17 @@ def _content(path: Path) -> bytes:
     return content
 
 
-def _key(report: Report) -> tuple[str, str]:
+def _key(report: PositionReport) -> tuple[str, str]:
     return report.date, report.trip or report.vehicle
 
 
-def _by_train(reports: Iterable[Report]) -> Iterator[list[Report]]:
+def _by_train(reports: Iterable[PositionReport]) -> Iterator[list[PositionReport]]:
     ordered = sorted(reports, key=lambda report: (*_key(report), report.time_s))
     for _, own in groupby(ordered, key=_key):
         yield list(own)
 
 
-def _visits(reports: Sequence[Report], zone: tzinfo | None) -> Iterator[Visit]:
+def _visits(reports: Sequence[PositionReport], zone: tzinfo | None) -> Iterator[Visit]:
     """Yield the visits of a train from its reports in order."""
     first_s = epoch_s(reports[0].time_s, zone)
     day_s = midnight_s(reports[0].date)
@@ -160,7 +160,7 @@ def _visits(reports: Sequence[Report], zone: tzinfo | None) -> Iterator[Visit]:
         yield standing
 
 
-def _interval_s(reports: Iterable[Report]) -> float:
+def _interval_s(reports: Iterable[PositionReport]) -> float:
     gaps_s = [
         other.time_s - one.time_s
         for own in _by_train(reports)

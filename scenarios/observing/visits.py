@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from kankaku.railway.errors import KankakuError
-from kankaku.scenarios.drafts.provenance_notes import Notes
+from kankaku.scenarios.drafts.provenance_notes import SourceNotes
 
 MOST_TOLD = 20
 """Mistakes of a source. [-]"""
@@ -57,6 +57,6 @@ class ObservedEvents:
     """All visits of a source."""
 
     visits: list[Visit]
-    notes: Notes
+    notes: SourceNotes
     names: dict[str, str] = field(default_factory=dict)
     """Names by station."""

@@ -50,9 +50,8 @@ def event_text(
 
 def stamp(day: str, time_s: float) -> str:
     """Return a time with its date, to a thousandth of a second."""
-    return f"{day}T{clock_of(int(time_s))}{time_s % 1.0:.3f}".replace(
-        f"{clock_of(int(time_s))}0", clock_of(int(time_s))
-    )
+    whole_s, thousandths = divmod(round(1000.0 * time_s), 1000)
+    return f"{day}T{clock_of(whole_s)}.{thousandths:03d}"
 
 
 def write_events(file: Path, text: str) -> Path:

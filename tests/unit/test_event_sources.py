@@ -4,6 +4,7 @@ import gzip
 import json
 import zipfile
 from collections.abc import Iterator, Sequence
+from datetime import datetime, time
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +12,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from kankaku.scenarios.observing.event_sources import observed
 from kankaku.scenarios.observing.event_table import read_event_table
-from kankaku.scenarios.observing.feed_messages import Report, json_reports, protobuf_reports
+from kankaku.scenarios.observing.feed_messages import PositionReport, json_reports, protobuf_reports
 from kankaku.scenarios.observing.observed_dwells import dwells_of
-from kankaku.scenarios.observing.sources import observed
 from kankaku.scenarios.observing.vehicle_positions import read_vehicle_positions
 from kankaku.scenarios.observing.visits import EventsError, Visit
 from tests.examples import examples
+from tests.unit.excel_books import workbook
 from tests.unit.observed_rows import write_events
 
 SAMPLE = (
@@ -81,6 +83,26 @@ def test_columns_may_have_other_names_and_separators(tmp_path: Path) -> None:
     text += "A;x;07:00:00;07:00:40;07:00:05;NULL\n"
     (visit,) = visits_of(text, tmp_path)
     assert (visit.station, visit.booked_dwell_s, visit.departure_s) == ("x", 40.0, None)
+
+
+def test_a_sheet_of_excel_says_what_a_table_says(tmp_path: Path) -> None:
+    pytest.importorskip("openpyxl")
+    rows: list[list[object]] = [
+        ["date", "train", "station", "arrival", "departure"],
+        [datetime(2026, 3, 2), 747, "x", time(7, 0), 0.5],  # noqa: DTZ001 - as Excel has it
+        [datetime(2026, 3, 2), 747, "y", datetime(2026, 3, 2, 12, 5), None],  # noqa: DTZ001
+    ]
+    (tmp_path / "events.xlsx").write_bytes(workbook(rows))
+    one, other = observed(tmp_path / "events.xlsx").visits
+    assert one.arrival_s is not None
+    assert other.arrival_s is not None
+    assert one.departure_s is not None
+    begun_s = one.day_s
+    assert [one.arrival_s - begun_s, one.departure_s - begun_s] == [7 * 3600.0, 12 * 3600.0]
+    assert other.arrival_s - begun_s == 43500.0
+    (tmp_path / "events.xlsx").write_bytes(workbook([*rows, ["", 1, "z", "#N/A", ""]]))
+    with pytest.raises(EventsError, match="row 4, column arrival: the cell holds the error #N/A"):
+        observed(tmp_path / "events.xlsx")
 
 
 def test_a_train_of_another_day_is_another_train(tmp_path: Path) -> None:
@@ -208,7 +230,9 @@ def test_names_of_json_may_be_those_of_protobuf() -> None:
         "header": {"timestamp": "5"},
         "entity": [{"vehicle": {"trip": {"tripId": "T"}, "stopId": "a", "currentStatus": 1}}],
     }
-    assert [*json_reports(json.dumps(told))] == [Report(5.0, "T", "", "", "", "", "a", True)]
+    assert [*json_reports(json.dumps(told))] == [
+        PositionReport(5.0, "T", "", "", "", "", "a", True)
+    ]
 
 
 def varint(value: int) -> bytes:

@@ -16,9 +16,10 @@ from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.excel_sheets import ENDING, read_sheet
 from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError
 from kankaku.scenarios.reading.neighbours import SHEETS
+from tests.unit.excel_books import workbook
 from tests.unit.scenario_folder import FILES, write_scenario
 
-openpyxl = pytest.importorskip("openpyxl")
+pytest.importorskip("openpyxl")
 TABLES = [name for name in FILES if name.endswith(".csv")]
 
 
@@ -30,19 +31,6 @@ def typed(text: str) -> object:
         except ValueError:
             pass
     return time.fromisoformat(text) if text.count(":") == 2 else text or None
-
-
-def workbook(rows: Sequence[Sequence[object]], *, title: str = "Sheet", others: int = 0) -> bytes:
-    """Return a workbook with these cells."""
-    book = openpyxl.Workbook()
-    book.active.title = title
-    for row in rows:
-        book.active.append(list(row))
-    for number in range(others):
-        book.create_sheet(f"Other {number}")
-    buffer = io.BytesIO()
-    book.save(buffer)
-    return buffer.getvalue()
 
 
 def in_excel(

@@ -12,8 +12,8 @@ from scipy.special import ndtri
 from scipy.stats import rankdata, spearmanr
 
 from kankaku.railway.plan.timetable import Call, Service, Timetable
-from kankaku.scenarios.drafts.provenance_notes import Notes
-from kankaku.scenarios.drafts.tables import DraftError
+from kankaku.scenarios.drafts.draft import DraftError
+from kankaku.scenarios.drafts.provenance_notes import SourceNotes
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.observing.dwell_files import (
     NOTES_FILE,
@@ -253,7 +253,7 @@ def test_the_headway_is_from_the_departure_before_to_the_arrival(tmp_path: Path)
 
 def test_without_trains_nothing_is_worked_out() -> None:
     with pytest.raises(EventsError, match="no train was seen"):
-        dwells_of(ObservedEvents([], Notes("nothing")))
+        dwells_of(ObservedEvents([], SourceNotes("nothing")))
 
 
 def test_few_dwells_of_a_station_are_refused(tmp_path: Path) -> None:
@@ -274,7 +274,7 @@ def test_dwells_that_grow_with_the_headway_are_told_to_grow_so() -> None:
             ("z", went_s + 100.0, went_s + 120.0),
         ):
             visits.append(Visit(f"T{number}", station, station, 0.0, arrival_s, departure_s))
-    found = dwell_statistics(dwells_of(ObservedEvents(visits, Notes("made"), {"y": "Y"})))
+    found = dwell_statistics(dwells_of(ObservedEvents(visits, SourceNotes("made"), {"y": "Y"})))
     whole, own = found.headways
     assert (whole.station, own.station) == ("", "y")
     assert whole.slope == pytest.approx(0.05, abs=max(4 * whole.slope_error, 0.004))
@@ -293,7 +293,7 @@ def test_any_visits_give_dwells_that_were_seen(rows: list[tuple[int, int, int, i
         Visit(f"T{train}", f"s{station}", "", 0.0, float(came_s), float(came_s + length_s))
         for train, station, came_s, length_s in rows
     ]
-    notes = Notes("made")
+    notes = SourceNotes("made")
     try:
         sample = dwells_of(ObservedEvents(visits, notes, {}))
     except EventsError:
