@@ -16,8 +16,10 @@ sys.path.insert(0, str(PROJECT))
 
 import kankaku  # noqa: E402 - found on the path above
 from tools.api_pages import write_pages  # noqa: E402 - found on the path above
+from tools.reference_pages import write_reference  # noqa: E402 - the same
 
 write_pages(DOCS / "api" / "_pages")
+write_reference(DOCS / "guide" / "_pages")
 
 facts = tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["project"]
 project = "Kankaku"

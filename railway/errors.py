@@ -29,6 +29,11 @@ class KankakuError(ValueError):
         """Everything that is wrong, a sentence each."""
         return (str(self),)
 
+    @property
+    def pointer(self) -> str:
+        """Where more is told, a sentence; empty if nowhere."""
+        return ""
+
 
 def sentence_of(error: BaseException) -> str:
     """

@@ -44,13 +44,19 @@ def import_(  # noqa: PLR0913, PLR0917 - one argument per option of the command 
     trains: Annotated[
         int | None, typer.Option(min=1, max=1000, help="How many trains without a timetable.")
     ] = None,
+    single_track: Annotated[
+        bool | None,
+        typer.Option(
+            "--single-track/--double-track", show_default=False, help="If the source does not say."
+        ),
+    ] = None,
     force: Force = False,
 ) -> None:
     """Make a scenario of a file in another format, and tell what was assumed."""
     from kankaku.commands.import_shown import import_source
     from kankaku.scenarios.importing.formats import Wish
 
-    wish = Wish(route, day, begin, end, train, stock, headway, trains)
+    wish = Wish(route, day, begin, end, train, stock, headway, trains, single_track)
     end_with(import_source(format_, source, folder, wish, force=force))
 
 
@@ -86,6 +92,31 @@ def dwells(  # noqa: PLR0917 - one argument per option of the command line
     end_with(work_out_dwells(events, out, scenario, line, timezone, longest, force=force))
 
 
+def describe(
+    asked: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[FILE [KEY]]",
+            show_default=False,
+            help="A file, and a column or key of it: scenario.toml radio.cycle_s.",
+        ),
+    ] = None,
+    json_schema: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Write JSON Schema of all files for editors; replaces older ones."
+        ),
+    ] = None,
+) -> None:
+    """Tell what the files of a scenario hold: every column and key, its unit and its range."""
+    from kankaku.commands.describe_shown import describe_files, write_schemas
+
+    if json_schema is not None:
+        end_with(write_schemas(json_schema))
+        return
+    end_with(describe_files(" ".join(asked or ())))
+
+
 def add_commands(app: typer.Typer) -> None:
     """
     Add these commands to a command line.
@@ -97,3 +128,4 @@ def add_commands(app: typer.Typer) -> None:
     """
     app.command("import")(import_)
     app.command("dwells")(dwells)
+    app.command("describe")(describe)

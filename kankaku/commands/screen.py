@@ -126,7 +126,7 @@ def refusals(scenario: Path | str, out: Path) -> Iterator[None]:
     try:
         yield
     except KankakuError as error:
-        complain(f"{scenario} {error.verdict}", error.sentences)
+        complain(f"{scenario} {error.verdict}", error.sentences, error.pointer)
     except OSError as error:
         told = f"{error.filename or out}: {error.strerror}" if error.strerror else str(error)
         complain(f"{scenario} cannot be run", [told])
@@ -192,7 +192,7 @@ def end_with(failures: Sequence[str]) -> int:
     return exit_status(violations=False, failures=bool(failures), interrupted=False)
 
 
-def complain(title: str, sentences: Sequence[str]) -> NoReturn:
+def complain(title: str, sentences: Sequence[str], pointer: str = "") -> NoReturn:
     """
     Tell what is wrong, and end.
 
@@ -202,6 +202,8 @@ def complain(title: str, sentences: Sequence[str]) -> NoReturn:
         What cannot be done.
     sentences
         Why.
+    pointer
+        Where more is told.
 
     Raises
     ------
@@ -210,6 +212,8 @@ def complain(title: str, sentences: Sequence[str]) -> NoReturn:
     """
     console.print(f"[bold red]{_harmless(title)}[/]", soft_wrap=True)
     list_sentences(sentences)
+    if pointer:
+        console.print(_harmless(pointer), soft_wrap=True, highlight=False)
     raise typer.Exit(EXIT_BAD_INPUT)
 
 

@@ -26,14 +26,15 @@ def _fraction(value: object) -> object:
     return int(found[1]) / int(found[2]) if found else value
 
 
+_FractionText: TypeAlias = Annotated[str, Field(pattern=f"^{_FRACTION.pattern}$")]
 _Count: TypeAlias = Annotated[
     float,
-    BeforeValidator(_fraction),
+    BeforeValidator(_fraction, json_schema_input_type=float | _FractionText),
     Field(gt=0.0, le=10000.0, description='a number above 0 up to 10000, or a fraction as "2/3"'),
 ]
 _Effect: TypeAlias = Annotated[
     float,
-    BeforeValidator(_fraction),
+    BeforeValidator(_fraction, json_schema_input_type=float | _FractionText),
     Field(ge=0.0, le=1.0, description='a number from 0 up to 1, or a fraction as "1/3"'),
 ]
 _Published: TypeAlias = Annotated[float | None, Field(ge=0.0, description="a number from 0")]

@@ -77,15 +77,28 @@ def _owner(model: type[BaseModel], path: Iterable[str]) -> type[BaseModel] | Non
         if owner is None or part not in owner.model_fields:
             return None
         annotation = owner.model_fields[part].annotation
-        owner = _model_within(annotation)
+        owner = model_within(annotation)
         freely_named = get_origin(annotation) in (dict, tuple)
     return None if freely_named else owner
 
 
-def _model_within(annotation: object) -> type[BaseModel] | None:
+def model_within(annotation: object) -> type[BaseModel] | None:
+    """
+    Return the schema of the tables that a key holds.
+
+    Parameters
+    ----------
+    annotation
+        Type of the key.
+
+    Returns
+    -------
+    type[BaseModel] | None
+        The schema of one table; nothing if it holds none, or free ones.
+    """
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
-    inner = (_model_within(part) for part in get_args(annotation))
+    inner = (model_within(part) for part in get_args(annotation))
     return next((model for model in inner if model), None)
 
 

@@ -1,7 +1,7 @@
 """Kinds of keys and cells: what they may hold, and how that is said."""
 
 import math
-from typing import Annotated, TypeAlias, TypeGuard
+from typing import Annotated, Literal, TypeAlias, TypeGuard
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, StringConstraints
 
@@ -80,10 +80,13 @@ def _is_finite(value: object) -> TypeGuard[float]:
 
 Cell = BeforeValidator(_number)
 MaybeCell = BeforeValidator(_maybe_number)
-Option: TypeAlias = Annotated[float | bool | tuple[float, ...], PlainValidator(_option)]
+Option: TypeAlias = Annotated[
+    float | bool | tuple[float, ...],
+    PlainValidator(_option, json_schema_input_type=float | bool | list[float]),
+]
 Points: TypeAlias = Annotated[
     tuple[tuple[float, float], ...] | None,
-    PlainValidator(_points),
+    PlainValidator(_points, json_schema_input_type=list[tuple[float, float]]),
     Field(description=POINTS_TEXT),
 ]
 Name: TypeAlias = Annotated[
@@ -101,9 +104,16 @@ Text: TypeAlias = Annotated[
     str, StringConstraints(min_length=1, max_length=200), AfterValidator(_text)
 ]
 OptionalText: TypeAlias = Annotated[str, StringConstraints(max_length=200), AfterValidator(_text)]
-Clock: TypeAlias = Annotated[str, BeforeValidator(_clock), Field(description=CLOCK_TEXT)]
+_ClockText: TypeAlias = Annotated[str, Field(pattern=r"^[0-9]{1,2}:[0-5][0-9]:[0-5][0-9]$")]
+Clock: TypeAlias = Annotated[
+    str,
+    BeforeValidator(_clock, json_schema_input_type=_ClockText),
+    Field(description=CLOCK_TEXT),
+]
 MaybeClock: TypeAlias = Annotated[
-    str, BeforeValidator(_maybe_clock), Field(description=f"{CLOCK_TEXT}; or nothing")
+    str,
+    BeforeValidator(_maybe_clock, json_schema_input_type=_ClockText | Literal[""]),
+    Field(description=f"{CLOCK_TEXT}; or nothing"),
 ]
 Kilometre: TypeAlias = Annotated[float, Cell, Field(ge=-1000.0, le=10000.0)]
 MaybeLongitude: TypeAlias = Annotated[

@@ -13,6 +13,7 @@ MOST_KEPT = 10_000
 """Mistakes; more are only counted. [-]"""
 MOST_CHARACTERS = 160
 """Of each part of a sentence, so that ten of them fit on a screen. [-]"""
+_FILE = re.compile(r"([a-z_]+)\.(csv|toml|xlsx)\b")
 _ROW = re.compile(r"row (\d+)(, column .*)?")
 
 
@@ -54,6 +55,17 @@ class ScenarioError(KankakuError):
     def sentences(self) -> tuple[str, ...]:
         """The mistakes, a sentence each."""
         return tuple(map(str, self.mistakes))
+
+    @property
+    def pointer(self) -> str:
+        """The command that tells every column or key of the first file with a mistake."""
+        files = (_FILE.match(mistake.file) for mistake in self.mistakes)
+        found = next(filter(None, files), None)
+        if found is None:
+            return ""
+        kind = "key" if found[2] == "toml" else "column"
+        name = f"{found[1]}.{'toml' if kind == 'key' else 'csv'}"
+        return f"kankaku describe {name} tells every {kind}"
 
 
 def _folded(mistakes: Iterable[Mistake]) -> tuple[Mistake, ...]:
