@@ -25,6 +25,9 @@ from kankaku.scenarios.reading.mistakes import Mistake, meant
 from kankaku.scenarios.reading.row_formats import CallRow, PlatformRow, ServiceRow
 from kankaku.scenarios.reading.schema import RollingStockFile, TrainEntry
 
+STUCK = "trains would wait for each other for ever"
+"""How a timetable is told in which everybody waits for somebody."""
+
 
 def network_timetable_mistakes(
     timetable: TimetableTables, line: LineTables, stock: RollingStockFile | None
@@ -260,6 +263,6 @@ def order_mistakes(
         (found[row].train, track_of[found[row].route[number]].physical) for row, number in cycle
     )
     told = ", ".join(f"{train} at {track}" for train, track in list(steps)[:6])
-    problem = f"trains would wait for each other for ever: {told}"
+    problem = f"{STUCK}: {told}"
     allowed = "booked times in whose order everybody can go on"
     return [Mistake(timetable.calls.file, "", problem, allowed)]

@@ -7,14 +7,19 @@ time; at either end of the line all tracks are for both directions. A single lin
 wherever its timetable lets trains of both directions meet.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
-from math import ceil
-from statistics import median_low
+from typing import NamedTuple
 
-from kankaku.scenarios.drafts.sketch import Sketch, Trip
-from kankaku.scenarios.drafts.tables import Draft, DraftError
+from kankaku.scenarios.drafts.draft import Draft, DraftError
+from kankaku.scenarios.drafts.layout_notes import note_later, note_loops, note_tracks
+from kankaku.scenarios.drafts.meetings import THROATS, Loops, Room, Throat, loops_of
+from kankaku.scenarios.drafts.refusals import refuse
+from kankaku.scenarios.drafts.single_line import later_than, with_sidings, without_clashes
+from kankaku.scenarios.drafts.sketch import Sketch
+from kankaku.scenarios.drafts.station_sizes import BEYOND_M, PROOF_S, THROW_S, platform_m
+from kankaku.scenarios.drafts.stays import CLEARING_S, dwell_at, shared, stays_of
 from kankaku.scenarios.reading.row_formats import (
     CallRow,
     DwellStationRow,
@@ -26,38 +31,16 @@ from kankaku.scenarios.reading.row_formats import (
 )
 from kankaku.scenarios.reading.units import clock_of
 
-PLATFORM_MARGIN_M = 10.0
-"""Platforms are longer than the longest train by so much. [m]"""
-POINTS_AWAY_M = 110.0
-"""From the end of a platform to the middle of its points. [m]"""
-FOULING_M = 60.0
-"""The points are fouled so far to either side. [m]"""
-BEYOND_M = 50.0
-"""From a platform to the buffer stop at the end of the line. [m]"""
-THROW_S, PROOF_S = 5.0, 1.5
-"""Time that points take to throw, and to be proved. [s]"""
-CLEARING_S = 90
-"""Booked time for which a platform track stays free between two trains. [s]"""
-SHARE_OF_DWELL = 2 / 3
-"""Minimum dwell over the usual booked one. [-]"""
-LEAST_DWELL_S, MOST_DWELL_S = 15, 600
-"""Between these lies what counts as a booked dwell; a longer stay is a wait. [s]"""
+
+class _Site(NamedTuple):
+    """A station, or a loop between two."""
+
+    id: str
+    km: float
 
 
 @dataclass(frozen=True, slots=True)
-class _Stay:
-    """A train, or one after the other of the same stock, at a platform track."""
-
-    calls: tuple[tuple[str, bool], ...]
-    """Train and whether it rises, in order."""
-    start_s: int
-    end_s: int
-    passes: bool
-    """It comes and goes on in one direction."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Place:
+class _Tracked:
     """A station with its tracks; through stations on a double line have none of their own."""
 
     low_km: float
@@ -69,7 +52,17 @@ class _Place:
     high: str = ""
 
 
-def lay_out(sketch: Sketch) -> Draft:
+@dataclass(frozen=True, slots=True)
+class Roominess:
+    """How much more than the fewest tracks a line gets."""
+
+    clearing_s: int = CLEARING_S
+    """Booked time for which a platform track stays free between two trains. [s]"""
+    everywhere: bool = False
+    """A single line has loops wherever there is room, not only where trains are booked to meet."""
+
+
+def lay_out(sketch: Sketch, roominess: Roominess = Roominess()) -> Draft:
     """
     Lay tracks for a sketch and bring its trains onto them.
 
@@ -77,6 +70,8 @@ def lay_out(sketch: Sketch) -> Draft:
     ----------
     sketch
         Stations, trips and train types.
+    roominess
+        How many tracks it gets.
 
     Returns
     -------
@@ -91,63 +86,60 @@ def lay_out(sketch: Sketch) -> Draft:
         trip does not go on from where the one before ends, or stations lie too near to each other
         for the points that they need.
     """
-    _refuse(sketch)
-    builder = _Builder(sketch)
+    refuse(sketch)
+    builder = _fitting(sketch, roominess)
     draft = Draft(sketch.title, sketch.notes, _settings(sketch), _stock(sketch))
     draft.rows = builder.rows()
+    builder.note()
     return draft
 
 
-def _refuse(sketch: Sketch) -> None:
-    at_km = sketch.at_km
-    if not sketch.trips:
-        where, allowed = sketch.title, "one trip or more with two calls or more"
-        raise DraftError(where, "no trip is left", allowed)
-    by_id = {trip.id: trip for trip in sketch.trips}
-    for trip in sketch.trips:
-        where = f"trip {trip.id}"
-        for call in trip.calls:
-            if call.station not in at_km:
-                raise DraftError(
-                    where, f"unknown station {call.station!r}", "a station of the line"
-                )
-        along = [at_km[call.station] for call in trip.calls]
-        if len(along) < 2 or along not in (sorted(set(along)), sorted(set(along), reverse=True)):
-            allowed = "two calls or more in one running direction"
-            raise DraftError(where, "does not run along the line", allowed)
-        follower = by_id.get(trip.next_trip)
-        if trip.next_trip and (
-            follower is None
-            or follower.calls[0].station != trip.calls[-1].station
-            or sketch.rises(follower) is sketch.rises(trip)
-        ):
-            problem = f"its stock cannot go on as {trip.next_trip!r}"
-            allowed = f"a trip back from {trip.calls[-1].station!r}"
-            raise DraftError(where, problem, allowed)
+def _fitting(sketch: Sketch, roominess: Roominess) -> "_Builder":
+    """Return the lines and points that stations have room for."""
+    for throat, roomy in (*((throat, True) for throat in THROATS), (THROATS[-1], False)):
+        builder = _Builder(sketch, throat, roominess, roomy=roomy)
+        near = builder.near()
+        if near is None and not builder.loops.unplaced:
+            break
+    if near is not None:
+        raise near
+    return builder
 
 
 class _Builder:
     """Builds the rows of a network, station by station."""
 
-    def __init__(self, sketch: Sketch) -> None:
-        self._sketch = sketch
-        self._trips = {trip.id: trip for trip in sketch.trips}
+    def __init__(
+        self, sketch: Sketch, throat: Throat, roominess: Roominess, *, roomy: bool
+    ) -> None:
+        self._throat, self._roomy, self._clearing_s = throat, roomy, roominess.clearing_s
+        self._length_m = max(float(entry["length_m"]) for entry in sketch.train_types.values())
+        self._platform_m = platform_m(self._length_m)
+        self._kept = _turned_at(sketch)
+        self.loops = Loops(set(self._kept))
+        self._asked = self._sketch = sketch
+        if sketch.single_track:
+            half_km = self._platform_m / 2000.0
+            between_km = self._length_m / 1000.0 if roomy else 0.0
+            room = Room(half_km, half_km + sum(throat) / 1000.0, between_km)
+            self.loops = loops_of(sketch, self._kept, room, everywhere=roominess.everywhere)
+            self._asked = with_sidings(sketch, self.loops)
+            own = [
+                s.id
+                for s in self._asked.stops
+                if s.id in {*self.loops.stations, *self.loops.sidings}
+            ]
+            self._sketch = without_clashes(self._asked, own)
         self._rises = {trip.id: sketch.rises(trip) for trip in sketch.trips}
-        lengths_m = [float(entry["length_m"]) for entry in sketch.train_types.values()]
-        self._length_m = max(lengths_m)
-        self._platform_m = 5.0 * ceil((self._length_m + PLATFORM_MARGIN_M) / 5.0)
-        self._stays = _stays(sketch, self._rises)
-        self._both = {True, False} <= set(self._rises.values())
+        self._stays = stays_of(self._sketch, self._rises)
         self._track_of: dict[tuple[str, str], str] = {}
         """Track by station and train."""
-        self._places = {stop.id: self._place(stop.id) for stop in sketch.stops}
+        self._sites = [_Site(stop.id, stop.chainage_km) for stop in self._sketch.stops]
+        self._places = {site.id: self._place(site) for site in self._sites}
 
     def rows(self) -> dict[str, list]:  # type: ignore[type-arg]
         """Return the rows of all files by name."""
-        self._note()
         sketch = self._sketch
-        nodes, links = self._nodes(), self._links()
-        platforms = self._platforms()
         return {
             "stations.csv": [
                 StationRow(0, stop.id, stop.name, stop.chainage_km)
@@ -158,9 +150,9 @@ class _Builder:
                 )
                 for stop in sketch.stops
             ],
-            "nodes.csv": nodes,
-            "tracks.csv": links,
-            "platforms.csv": platforms,
+            "nodes.csv": self._nodes(),
+            "tracks.csv": self._links(),
+            "platforms.csv": self._platforms(),
             "services.csv": [
                 ServiceRow(0, trip.id, trip.train_type, trip.next_trip) for trip in sketch.trips
             ],
@@ -172,57 +164,48 @@ class _Builder:
             "geometry.csv": list(sketch.geometry),
         }
 
-    def _place(self, station: str) -> _Place:
+    def _place(self, site: _Site) -> _Tracked:
         """Give a station its tracks, and its trains theirs."""
-        stops = self._sketch.stops
-        km, half_km = self._sketch.at_km[station], self._platform_m / 2000.0
-        first, last = station == stops[0].id, station == stops[-1].id
-        stays = self._stays[station]
-        turning = [stay for stay in stays if not stay.passes]
-        meeting = self._sketch.single_track and self._met(stays)
-        if not (first or last or turning or meeting):
-            return _Place(km - half_km, km + half_km)
-        away_km = half_km + POINTS_AWAY_M / 1000.0
+        name, km, half_km = site.id, site.km, self._platform_m / 2000.0
+        if name not in self.loops.stations and name not in self.loops.sidings:
+            return _Tracked(km - half_km, km + half_km)
+        first, last = name == self._sites[0].id, name == self._sites[-1].id
+        stays = self._stays[name]
+        reach_m = self._platform_m + sum(self._throat)
+        number_of, count = shared(
+            [stay for stay in stays if not stay.passes], reach_m, self._clearing_s
+        )
+        further = [f"{name}-{number + 1}" for number in range(count)]
+        for train, number in number_of.items():
+            self._track_of[name, train] = further[number - 1]
+        ways = [] if first or last else [f"{name}-up", f"{name}-down"]
+        for stay in stays:
+            if stay.passes:
+                train, rises = stay.calls[0]
+                self._track_of[name, train] = ways[0] if rises else ways[1]
+        away_km = half_km + self._throat.away_m / 1000.0
         end_km = half_km + BEYOND_M / 1000.0
-        ways = [] if first or last else [f"{station}-up", f"{station}-down"]
-        further = [f"{station}-{number}" for number in _shared(turning, self._track_of, station)]
-        if ways:
-            for stay in stays:
-                if stay.passes:
-                    train, rises = stay.calls[0]
-                    self._track_of[station, train] = ways[0] if rises else ways[1]
-        tracks = [*ways[:1], *further, *ways[1:]] or [f"{station}-1"]
-        if not self._sketch.left_hand:
-            tracks.reverse()
-        low = f"{station}-end" if first else f"{station}-low"
-        high = f"{station}-end" if last else f"{station}-high"
-        return _Place(
+        return _Tracked(
             km - (end_km if first else away_km),
             km + (end_km if last else away_km),
-            tuple(tracks),
-            low,
-            high,
+            (*ways, *further) or (f"{name}-1",),
+            f"{name}-end" if first else f"{name}-low",
+            f"{name}-end" if last else f"{name}-high",
         )
 
-    def _met(self, stays: Sequence[_Stay]) -> bool:
-        """Return whether trains of both directions stand at a station at about the same time."""
-        rising = [stay for stay in stays if stay.calls[0][1]]
-        falling = [stay for stay in stays if not stay.calls[-1][1]]
-        return any(
-            one.start_s - CLEARING_S < other.end_s and other.start_s - CLEARING_S < one.end_s
-            for one in rising
-            for other in falling
-        )
+    def _own(self) -> list[tuple[str, _Tracked]]:
+        """Return the places with tracks of their own."""
+        return [(name, place) for name, place in self._places.items() if place.tracks]
 
     def _nodes(self) -> list[NodeRow]:
-        own = [place for place in self._places.values() if place.tracks]
+        own = self._own()
         rows = []
-        for number, place in enumerate(own):
+        for number, (_, place) in enumerate(own):
             for name, km, is_end in (
                 (place.low, place.low_km, number == 0),
                 (place.high, place.high_km, number == len(own) - 1),
             ):
-                fouling_km = 0.0 if is_end else FOULING_M / 1000.0
+                fouling_km = 0.0 if is_end else self._throat.fouling_m / 1000.0
                 times_s = (0.0, 0.0) if is_end else (THROW_S, PROOF_S)
                 rows.append(
                     NodeRow(
@@ -230,37 +213,61 @@ class _Builder:
                         *(_km(km - fouling_km), _km(km + fouling_km), *times_s),
                     )
                 )
-        self._refuse_near()
         return rows
 
-    def _refuse_near(self) -> None:
-        stops = self._sketch.stops
-        for one, other in pairwise(stops):
+    def near(self) -> DraftError | None:
+        """Return what is to be said of places too near to each other, if there are any."""
+        fouling_km = self._throat.fouling_m / 1000.0
+        for one, other in pairwise(self._sites):
             before, after = self._places[one.id], self._places[other.id]
-            fouling_km = FOULING_M / 1000.0 * (bool(before.tracks) + bool(after.tracks))
-            if before.high_km + fouling_km >= after.low_km:
-                away_m = 1000.0 * (other.chainage_km - one.chainage_km)
-                need_m = away_m + 1000.0 * (before.high_km + fouling_km - after.low_km)
+            between_km = fouling_km * (bool(before.tracks) + bool(after.tracks))
+            if before.tracks and after.tracks and self._roomy:
+                # A train that stands between two points fouls neither.
+                between_km += self._length_m / 1000.0
+            if before.high_km + between_km >= after.low_km:
+                away_m = 1000.0 * (other.km - one.km)
+                need_m = away_m + 1000.0 * (before.high_km + between_km - after.low_km)
                 where = f"stations {one.id!r} and {other.id!r}"
                 problem = f"lie {away_m:.0f} m apart, too near for platforms and points"
-                raise DraftError(where, problem, f"more than {need_m:.0f} m with such trains")
+                return DraftError(where, problem, f"more than {need_m:.0f} m with such trains")
+        return None
 
     def _links(self) -> list[LinkRow]:
-        own = [(name, place) for name, place in self._places.items() if place.tracks]
+        own = self._own()
         rows: list[LinkRow] = []
         for number, (name, place) in enumerate(own):
-            for across, track in enumerate(place.tracks, 1):
-                way = {f"{name}-up": "rising", f"{name}-down": "falling"}.get(track, "both")
-                rows.append(LinkRow(0, track, place.low, place.high, way, float(across)))  # type: ignore[arg-type]
+            rows += self._at_place(name, place)
             if number + 1 < len(own):
                 ends = place.high, own[number + 1][1].low
                 rows += self._between(name, own[number + 1][0], ends)
         return rows
 
+    def _at_place(self, name: str, place: _Tracked) -> list[LinkRow]:
+        """Return the tracks of a place; trains that pass it keep to their own side."""
+        up, down = self._sides()
+        across = {f"{name}-up": up, f"{name}-down": down}
+        ways = {f"{name}-up": "rising", f"{name}-down": "falling"}
+        further = [track for track in place.tracks if track not in across]
+        for number, track in enumerate(further, 1):
+            # Between the two of a double line, and beside those of a loop.
+            inner = 1.0 + number / (len(further) + 1.0)
+            across[track] = number + 2.0 if self._sketch.single_track else inner
+        if len(further) == len(place.tracks):
+            across = {track: float(number) for number, track in enumerate(further, 1)}
+        rows = [
+            LinkRow(0, track, place.low, place.high, ways.get(track, "both"), across[track])  # type: ignore[arg-type]
+            for track in place.tracks
+        ]
+        return sorted(rows, key=lambda row: row.across)
+
+    def _sides(self) -> tuple[float, float]:
+        """Return the places across of rising and falling trains."""
+        return (1.0, 2.0) if self._sketch.left_hand else (2.0, 1.0)
+
     def _between(self, name: str, other: str, ends: tuple[str, str]) -> list[LinkRow]:
         if self._sketch.single_track:
-            return [LinkRow(0, f"{name}-{other}", *ends, "both", 1.0)]
-        up, down = (1.0, 2.0) if self._sketch.left_hand else (2.0, 1.0)
+            return [LinkRow(0, f"{name}-{other}", *ends, "both", 1.5)]
+        up, down = self._sides()
         rising = LinkRow(0, f"{name}-{other}-up", *ends, "rising", up)
         falling = LinkRow(0, f"{name}-{other}-down", *ends, "falling", down)
         present = set(self._rises.values())
@@ -269,31 +276,29 @@ class _Builder:
     def _platforms(self) -> list[PlatformRow]:
         rows = []
         half_km, ahead_km = self._platform_m / 2000.0, self._length_m / 2000.0
-        for number, stop in enumerate(self._sketch.stops):
-            km = stop.chainage_km
-            ends_km = _km(km - half_km), _km(km + half_km)
-            place = self._places[stop.id]
-            tracks = place.tracks or tuple(row.id for row in self._passing(number))
-            for track in tracks:
-                falls = track.endswith("-down")
-                stop_km = km - ahead_km if falls else km + ahead_km
-                rows.append(PlatformRow(0, *ends_km, stop.id, track, _km(stop_km)))
+        for name, km in self._sites:
+            place = self._places[name]
+            own = self._at_place(name, place) if place.tracks else self._passing(name)
+            for link in own:
+                stop_km = km - ahead_km if link.direction == "falling" else km + ahead_km
+                ends_km = _km(km - half_km), _km(km + half_km)
+                rows.append(PlatformRow(0, *ends_km, name, link.id, _km(stop_km)))
         return rows
 
-    def _passing(self, number: int) -> list[LinkRow]:
-        """Return the tracks along a station that has none of its own, by its number."""
-        stops = [stop.id for stop in self._sketch.stops]
-        before = next(name for name in reversed(stops[:number]) if self._places[name].tracks)
-        after = next(name for name in stops[number:] if self._places[name].tracks)
+    def _passing(self, station: str) -> list[LinkRow]:
+        """Return the tracks along a station that has none of its own."""
+        names = [site.id for site in self._sites]
+        number = names.index(station)
+        before = next(name for name in reversed(names[:number]) if self._places[name].tracks)
+        after = next(name for name in names[number:] if self._places[name].tracks)
         return self._between(before, after, (self._places[before].high, self._places[after].low))
 
     def _calls(self) -> Iterable[CallRow]:
-        order = {stop.id: number for number, stop in enumerate(self._sketch.stops)}
         passing: dict[tuple[str, str], str] = {
             (name, row.direction): row.id
-            for name, number in order.items()
+            for name, _ in self._sites
             if not self._places[name].tracks
-            for row in self._passing(number)
+            for row in self._passing(name)
         }
         for trip in self._sketch.trips:
             way = "rising" if self._rises[trip.id] else "falling"
@@ -306,94 +311,33 @@ class _Builder:
                 )
 
     def _dwells(self) -> list[DwellStationRow]:
-        rows = []
-        for stop in self._sketch.stops:
-            booked_s = _usual_dwell_s(self._sketch.trips, stop.id)
-            least_s = min(booked_s, max(LEAST_DWELL_S, round(SHARE_OF_DWELL * booked_s)))
-            rows.append(DwellStationRow(0, stop.id, float(least_s), float(booked_s), 1.0))
-        return rows
+        found = [(name, dwell_at(self._sketch.trips, name)) for name, _ in self._sites]
+        return [
+            DwellStationRow(
+                *(0, name, float(dwell.least_s), float(dwell.usual_s)),
+                0.0 if name in self.loops.sidings else 1.0,
+            )
+            for name, dwell in found
+        ]
 
-    def _note(self) -> None:
-        notes = self._sketch.notes
-        tracks = {name: len(place.tracks) for name, place in self._places.items() if place.tracks}
-        notes.assume(
-            "platform tracks",
-            ", ".join(f"{name} {count}" for name, count in tracks.items()),
-            "the fewest that the booked stays need; two at either end, or one where one suffices",
-        )
-        notes.assume(
-            "platforms",
-            f"{self._platform_m:g} m, the station's chainage in the middle",
-            f"the longest train and {PLATFORM_MARGIN_M:g} m",
-        )
-        notes.assume(
-            "points",
-            f"{POINTS_AWAY_M:g} m from the platforms, fouled {FOULING_M:g} m to either side, "
-            f"{THROW_S:g} s to throw and {PROOF_S:g} s to prove",
-            "an ordinary throat",
-        )
-        notes.assume(
-            "minimum dwell",
-            f"two thirds of the station's usual booked dwell, {LEAST_DWELL_S} s or more",
-            "what a train cannot do without is not public",
-        )
-        side = "left" if self._sketch.left_hand else "right"
-        if not self._sketch.single_track:
-            notes.assume("running side", side, "which side trains keep to; only drawings show it")
+    def note(self) -> None:
+        """Note what the layout assumes."""
+        sketch = self._sketch
+        tracks = {name: len(place.tracks) for name, place in self._own()}
+        note_tracks(sketch, tracks, self._platform_m, self._throat)
+        if sketch.single_track:
+            own = {site.id: site.km for site in self._sites if self._places[site.id].tracks}
+            looped = {name: km for name, km in own.items() if name not in self._kept}
+            note_loops(sketch.notes, self.loops, looped)
+            later = later_than(self._asked, sketch)
+            if later:
+                note_later(sketch.notes, later, len(self._rises))
 
 
-def _stays(sketch: Sketch, rises: Mapping[str, bool]) -> dict[str, list[_Stay]]:
-    """Return who stands where from when to when; linked trips stand there together."""
-    found: dict[str, list[_Stay]] = {stop.id: [] for stop in sketch.stops}
-    before = {trip.next_trip: trip for trip in sketch.trips if trip.next_trip}
-    by_id = {trip.id: trip for trip in sketch.trips}
-    for trip in sketch.trips:
-        way = trip.id, rises[trip.id]
-        for number, call in enumerate(trip.calls):
-            if number == 0:
-                if trip.id not in before:
-                    stay = _Stay((way,), call.arrival_s, call.departure_s, passes=False)
-                    found[call.station].append(stay)
-            elif number < len(trip.calls) - 1:
-                stay = _Stay((way,), call.arrival_s, call.departure_s, passes=True)
-                found[call.station].append(stay)
-            else:
-                ways, end_s = [way], call.departure_s
-                if trip.next_trip:
-                    follower = by_id[trip.next_trip]
-                    ways.append((follower.id, rises[follower.id]))
-                    end_s = max(end_s, follower.calls[0].departure_s)
-                stay = _Stay(tuple(ways), call.arrival_s, end_s, passes=False)
-                found[call.station].append(stay)
-    return {name: sorted(stays, key=lambda stay: stay.start_s) for name, stays in found.items()}
-
-
-def _shared(
-    stays: Sequence[_Stay], track_of: dict[tuple[str, str], str], station: str
-) -> list[int]:
-    """Give tracks for both directions to stays; return their numbers, the fewest."""
-    free_s: list[int] = []
-    for stay in stays:
-        free = [at for at, time_s in enumerate(free_s) if time_s + CLEARING_S <= stay.start_s]
-        # Used in turn: the one that has been free for the longest.
-        at = min(free, key=lambda at: free_s[at]) if free else len(free_s)
-        if not free:
-            free_s.append(0)
-        free_s[at] = stay.end_s
-        for train, _ in stay.calls:
-            track_of[station, train] = f"{station}-{at + 1}"
-    return list(range(1, len(free_s) + 1))
-
-
-def _usual_dwell_s(trips: Sequence[Trip], station: str) -> int:
-    """Return the usual booked dwell where trains go on; at an end what is least."""
-    stays_s = [
-        call.departure_s - call.arrival_s
-        for trip in trips
-        for call in trip.calls[1:-1] or trip.calls
-        if call.station == station and call.departure_s - call.arrival_s <= MOST_DWELL_S
-    ]
-    return max(median_low(stays_s), LEAST_DWELL_S) if stays_s else 2 * LEAST_DWELL_S
+def _turned_at(sketch: Sketch) -> set[str]:
+    """Return the stations with points in any case: ends of the line and of trips."""
+    ends = {call.station for trip in sketch.trips for call in (trip.calls[0], trip.calls[-1])}
+    return ends | {sketch.stops[0].id, sketch.stops[-1].id}
 
 
 def _settings(sketch: Sketch) -> dict[str, object]:

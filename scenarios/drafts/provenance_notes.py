@@ -31,7 +31,7 @@ class Missing(NamedTuple):
 
 
 @dataclass
-class Notes:
+class SourceNotes:
     """Everything that ``SOURCES.md`` tells; whoever assumes something adds it here."""
 
     origin: str

@@ -8,8 +8,8 @@ from kankaku.railway.motion.run_curve import fastest_run
 from kankaku.railway.plan.line import Gradient, Line, Section, SpeedLimit, Track, TrackCurve
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.scenarios.checks.check_stock import rolling_stock_mistakes
+from kankaku.scenarios.drafts.draft import DraftError
 from kankaku.scenarios.drafts.sketch import Sketch
-from kankaku.scenarios.drafts.tables import DraftError
 from kankaku.scenarios.loading.load_stock import STOCK_FILE, to_train_types
 from kankaku.scenarios.reading.row_formats import StretchRow
 from kankaku.scenarios.reading.schema import RollingStockFile, check
@@ -28,6 +28,8 @@ class Runs:
     ----------
     sketch
         Stations, train types, limits, gradients and curves; its trips are not read.
+    fronts
+        Trains stop with their fronts at the stations' chainages, not with their middles.
 
     Raises
     ------
@@ -35,8 +37,9 @@ class Runs:
         If a train type is not one that a scenario could have.
     """
 
-    def __init__(self, sketch: Sketch) -> None:
+    def __init__(self, sketch: Sketch, *, fronts: bool = False) -> None:
         self._sketch = sketch
+        self._fronts = fronts
         self._types = train_types_of(sketch)
         self._lines = {rises: _line_of(sketch, rises=rises) for rises in (True, False)}
         self.between_s = cache(self._between_s)
@@ -46,8 +49,7 @@ class Runs:
         at_km = self._sketch.at_km
         sign = 1.0 if at_km[end] > at_km[start] else -1.0
         line, train = self._lines[sign > 0], self._types[train_type]
-        # A train stands with its middle at the station's chainage.
-        front_m = train.length_m / 2.0
+        front_m = 0.0 if self._fronts else train.length_m / 2.0
         ends_m = (sign * metres(at_km[name]) + front_m for name in (start, end))
         return fastest_run(line, train, *ends_m).run_time_s
 
@@ -97,7 +99,10 @@ def _line_of(sketch: Sketch, *, rises: bool) -> Line:
         sections=(Section(*extent_m, (Track("track", *extent_m),)),),
         platforms=(),
         turnouts=(),
-        limits=tuple(SpeedLimit(a, b, row.limit_kmh / 3.6) for a, b, row in met(sketch.limits)),
+        limits=tuple(
+            SpeedLimit(a, b, row.limit_kmh / 3.6, train_type=row.train_type)
+            for a, b, row in met(sketch.limits)
+        ),
         gradients=tuple(
             Gradient(a, b, sign * row.gradient_permil / 1000.0)
             for a, b, row in met(sketch.gradients)

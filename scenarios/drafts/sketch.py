@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from kankaku.scenarios.drafts.provenance_notes import Notes
+from kankaku.scenarios.drafts.provenance_notes import SourceNotes
 from kankaku.scenarios.reading.row_formats import (
     CurveRow,
     GeometryRow,
@@ -34,7 +34,7 @@ class TripCall(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Trip:
+class DraftTrip:
     """A train from where it begins to where it ends, in one running direction."""
 
     id: str
@@ -49,10 +49,10 @@ class Sketch:
     """A line and its traffic, without a track yet."""
 
     title: str
-    notes: Notes
+    notes: SourceNotes
     stops: tuple[Stop, ...]
     """By rising chainage."""
-    trips: tuple[Trip, ...]
+    trips: tuple[DraftTrip, ...]
     train_types: Mapping[str, Mapping[str, Any]]
     """Tables ``[train.NAME]`` of ``rolling_stock.toml`` by name."""
     limits: list[LimitRow] = field(default_factory=list)
@@ -72,7 +72,7 @@ class Sketch:
         """Chainage by station. [km]"""
         return {stop.id: stop.chainage_km for stop in self.stops}
 
-    def rises(self, trip: Trip) -> bool:
+    def rises(self, trip: DraftTrip) -> bool:
         """Return whether a trip runs towards higher chainage."""
         at_km = self.at_km
         return at_km[trip.calls[-1].station] > at_km[trip.calls[0].station]

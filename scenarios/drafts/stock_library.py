@@ -6,7 +6,7 @@ from importlib.resources import files
 from typing import Any, NamedTuple
 
 from kankaku.railway.errors import suggesting
-from kankaku.scenarios.drafts.tables import DraftError
+from kankaku.scenarios.drafts.draft import DraftError
 
 FOLDER = "library"
 

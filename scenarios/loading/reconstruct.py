@@ -3,9 +3,7 @@ Seconds for a timetable of which only whole departure minutes are public.
 
 Every departure must lie within its public minute, every run must be possible for the train,
 and one platform track must not hold two trains. Among all timetables that obey, the one is
-chosen whose dwells and run times stay closest to their usual figures. In units of five
-seconds all constraints are differences of two times with whole bounds, so their matrix is
-totally unimodular and the linear programme has a whole-numbered solution.
+chosen whose dwells and run times stay closest to their usual figures.
 
 ``python -m kankaku.scenarios.loading.reconstruct --force scenarios/rush_hour`` writes ``calls.csv``
 anew.
@@ -17,26 +15,22 @@ import io
 import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from scipy.optimize import linprog
-from scipy.sparse import coo_array
 
 from kankaku.railway.motion.run_curve import driven_run_s
 from kankaku.railway.plan.driving_style import DrivingStyle
+from kankaku.scenarios.loading.difference_programme import UNIT_S, DifferenceProgramme
 from kankaku.scenarios.loading.public_timetable import PUBLIC_FILE, Source, read_source
 from kankaku.scenarios.reading.excel_sheets import ENDING
 from kankaku.scenarios.reading.units import clock_of
 
 CALLS_FILE = "calls.csv"
 EXIT_BAD_INPUT = 2
-UNIT_S = 5
-"""Working timetables of Japanese metropolitan lines are written in steps of 5 s. [s]"""
 RUN_ALLOWANCE = 1.03
 """Least booked run time over the fastest, if that is how trains are driven. [-]"""
 PLATFORM_INTERVAL_S = 60
@@ -45,9 +39,6 @@ MERGE_INTERVAL_S = 60
 """Least booked time between departures from different tracks of a station. [s]"""
 EASY_INTERVAL_S = 90
 """Departure-to-arrival interval below which a penalty counts. [s]"""
-PENALTY_STEPS_S = (0, 10, 25)
-"""Each deviation counts once more beyond each of these. [s]"""
-
 Leg = tuple[str, str, str]
 """Train type, station of departure and station of arrival."""
 
@@ -63,61 +54,6 @@ class _Stop:
     arrival: int
     departure: int
     origin: bool
-
-
-@dataclass
-class _Programme:
-    """A linear programme over differences of unknown times, in whole units."""
-
-    unknowns: int
-    rows: list[tuple[int, int, int, int]] = field(default_factory=list)
-    """Later, earlier, slack (or -1), greatest difference."""
-    weights: list[float] = field(default_factory=list)
-
-    def at_least(self, later: int, earlier: int, units: int) -> None:
-        self.rows.append((earlier, later, -1, -units))
-
-    def prefer(self, later: int, earlier: int, units: int, *, only_short: bool = False) -> None:
-        for step_s in PENALTY_STEPS_S:
-            room = step_s // UNIT_S
-            self._penalise(earlier, later, room - units)
-            if not only_short:
-                self._penalise(later, earlier, room + units)
-
-    def _penalise(self, later: int, earlier: int, units: int) -> None:
-        self.rows.append((later, earlier, self.unknowns + len(self.weights), units))
-        self.weights.append(1.0)
-
-    def solve(self, bounds: Sequence[tuple[float, float]]) -> list[int]:
-        """Return the unknown times in whole units."""
-        count = len(self.rows)
-        later, earlier, slack, most = (np.array(part) for part in zip(*self.rows, strict=True))
-        slack_rows = np.flatnonzero(slack >= 0)
-        entries = np.concatenate([np.ones(count), -np.ones(count), -np.ones(slack_rows.size)])
-        where = (
-            np.concatenate([np.arange(count), np.arange(count), slack_rows]),
-            np.concatenate([later, earlier, slack[slack_rows]]),
-        )
-        shape = (count, self.unknowns + len(self.weights))
-        # The stubs of linprog do not know that it takes sparse matrices.
-        matrix: Any = coo_array((entries, where), shape=shape).tocsr()
-        # Uneven little costs leave one best solution, whatever the solver's path.
-        tie_break = 1e-4 * ((np.arange(1, self.unknowns + 1) * 0.618033988749895) % 1.0 - 0.5)
-        result = linprog(
-            np.concatenate([tie_break, self.weights]),
-            A_ub=matrix,
-            b_ub=most,
-            bounds=[*bounds, *((0.0, None) for _ in self.weights)],
-            method="highs-ds",
-        )
-        if result.x is None:
-            message = f"{PUBLIC_FILE}: no timetable obeys the public minutes: {result.message}"
-            raise ValueError(message)
-        times = result.x[: self.unknowns]
-        if np.max(np.abs(times - np.round(times))) > 1e-6:
-            message = "the solver returned a solution between whole units"
-            raise ValueError(message)
-        return [int(time) for time in np.round(times)]
 
 
 def run_times(source: Source, driving: DrivingStyle) -> dict[Leg, float]:
@@ -231,7 +167,7 @@ def reconstruct(source: Source) -> str:
     """
     trains = _stops(source)
     stops = [stop for train in trains for stop in train]
-    programme = _Programme(unknowns=2 * len(stops))
+    programme = DifferenceProgramme(unknowns=2 * len(stops))
     _add_runs(programme, source, trains)
     _add_dwells(programme, source, stops)
     _add_intervals(programme, stops)
@@ -240,7 +176,7 @@ def reconstruct(source: Source) -> str:
     for stop in stops:
         first = stop.minute * per_minute
         bounds[stop.departure] = (first, first + per_minute - 1)
-    times = programme.solve(bounds)
+    times = programme.solve(bounds, f"{PUBLIC_FILE}: no timetable obeys the public minutes")
     text = io.StringIO(newline="")
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(["train", "station", "track", "arrival", "departure"])
@@ -271,7 +207,7 @@ def _stops(source: Source) -> list[list[_Stop]]:
     return trains
 
 
-def _add_runs(programme: _Programme, source: Source, trains: list[list[_Stop]]) -> None:
+def _add_runs(programme: DifferenceProgramme, source: Source, trains: list[list[_Stop]]) -> None:
     least = least_run_times(source)
     usual = usual_run_times(source, least)
     for stops in trains:
@@ -281,7 +217,7 @@ def _add_runs(programme: _Programme, source: Source, trains: list[list[_Stop]]) 
             programme.prefer(after.arrival, before.departure, usual[leg])
 
 
-def _add_dwells(programme: _Programme, source: Source, stops: list[_Stop]) -> None:
+def _add_dwells(programme: DifferenceProgramme, source: Source, stops: list[_Stop]) -> None:
     for stop in stops:
         dwell = source.dwell_of(stop.train, stop.station)
         booked = round(dwell.booked_dwell_s / UNIT_S)
@@ -292,7 +228,7 @@ def _add_dwells(programme: _Programme, source: Source, stops: list[_Stop]) -> No
         programme.prefer(stop.departure, stop.arrival, booked)
 
 
-def _add_intervals(programme: _Programme, stops: list[_Stop]) -> None:
+def _add_intervals(programme: DifferenceProgramme, stops: list[_Stop]) -> None:
     for leader, follower in _neighbours(stops):
         if leader.track == follower.track:
             least = ceil(PLATFORM_INTERVAL_S / UNIT_S)

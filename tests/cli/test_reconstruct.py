@@ -5,9 +5,10 @@ from pathlib import Path
 import pytest
 
 from kankaku.railway.plan.driving_style import FASTEST
+from kankaku.scenarios.loading.difference_programme import UNIT_S
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.loading.public_timetable import read_source
-from kankaku.scenarios.loading.reconstruct import UNIT_S, main, reconstruct, run_times
+from kankaku.scenarios.loading.reconstruct import main, reconstruct, run_times
 from kankaku.scenarios.reading.units import whole_seconds
 from tests.unit.scenario_folder import replace, write_scenario
 

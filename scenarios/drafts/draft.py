@@ -11,7 +11,7 @@ import tomlkit
 
 from kankaku.railway.errors import KankakuError
 from kankaku.railway.plan.scenario import MAIN_FILE
-from kankaku.scenarios.drafts.provenance_notes import SOURCES_FILE, Notes
+from kankaku.scenarios.drafts.provenance_notes import SOURCES_FILE, SourceNotes
 from kankaku.scenarios.loading.load_stock import STOCK_FILE
 from kankaku.scenarios.reading.row_formats import Row, columns
 
@@ -27,7 +27,7 @@ class Draft:
     """A scenario that is not written yet."""
 
     title: str
-    notes: Notes
+    notes: SourceNotes
     settings: dict[str, Any]
     """Of ``scenario.toml``."""
     stock: dict[str, Any]
