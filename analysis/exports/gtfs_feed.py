@@ -15,6 +15,8 @@ from kankaku.analysis.tables.run_tables import RunTables
 
 RAIL = 2
 """Kind of a route: rail. [-]"""
+ROUTE = "line"
+"""Identifier of the one route, which has both directions."""
 LEAST_STOPS = 2
 """A trip with fewer stops is none. [-]"""
 _MADE = (1980, 1, 1, 0, 0, 0)
@@ -70,28 +72,31 @@ def gtfs_feed(run: RunTables, stations: pd.DataFrame, names: GtfsNames) -> GtfsF
     .. [1] MobilityData, *General Transit Feed Specification Reference*.
     """
     seen = Seen(run)
-    routes, trips, stop_times, left_out = {}, [], [], []
+    trips, stop_times, left_out = [], [], []
+    at_m = dict(zip(stations["station"], stations["chainage_m"], strict=True))
     for train in seen.trains:
         calls = rows_of(seen.calls(train))
         reached = [call for call in calls if np.isfinite(call["arrival_s"])]
         if len(reached) < LEAST_STOPS:
             left_out.append(train)
             continue
-        route = f"{calls[0]['station']}-{calls[-1]['station']}"
-        routes[route] = [route, "line", names.line, route, RAIL]
-        rises = int(calls[-1]["stop_m"] >= calls[0]["stop_m"])
-        trips.append([route, "run", train, train, calls[-1]["station"], rises])
+        first, last = calls[0]["station"], calls[-1]["station"]
+        falls = int(at_m[last] < at_m[first])
+        trips.append([ROUTE, "run", train, train, last, falls])
         stop_times += [_stop_time(train, call, calls[0]["stop_m"]) for call in reached]
     files: dict[str, Sequence[Sequence[object]]] = {
         "agency.txt": _agency(names),
         "stops.txt": _stops(stations, names),
         "routes.txt": [
             ["route_id", "agency_id", "route_short_name", "route_long_name", "route_type"],
-            *routes.values(),
+            [ROUTE, "line", "", names.line, RAIL],
         ],
         "trips.txt": [
-            ["route_id", "service_id", "trip_id", "trip_short_name", "trip_headsign"],
-            *(trip[:5] for trip in trips),
+            [
+                *("route_id", "service_id", "trip_id", "trip_short_name", "trip_headsign"),
+                "direction_id",
+            ],
+            *trips,
         ],
         "stop_times.txt": [STOP_TIMES, *stop_times],
         "calendar_dates.txt": [
@@ -103,7 +108,7 @@ def gtfs_feed(run: RunTables, stations: pd.DataFrame, names: GtfsNames) -> GtfsF
             ["Kankaku", "https://example.org", "en", f"{run.controller}, seed {run.seed}"],
         ],
     }
-    return GtfsFeed(_archive(files), tuple(left_out))
+    return GtfsFeed(feed_archive(files), tuple(left_out))
 
 
 STOP_TIMES = [
@@ -150,7 +155,20 @@ def _stops(stations: pd.DataFrame, names: GtfsNames) -> list[list[object]]:
     return rows
 
 
-def _archive(files: Mapping[str, Sequence[Sequence[object]]]) -> bytes:
+def feed_archive(files: Mapping[str, Sequence[Sequence[object]]]) -> bytes:
+    """
+    Return tables as a feed in one file.
+
+    Parameters
+    ----------
+    files
+        Rows with their header, by name of the file.
+
+    Returns
+    -------
+    bytes
+        A zip archive, the same for the same tables.
+    """
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, rows in files.items():

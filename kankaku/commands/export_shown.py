@@ -120,7 +120,7 @@ REPLAY = """\
 
 def _gtfs(results: Results, place: Path, asked: ExportWish) -> Iterator[Path]:
     scenario = _scenario(results, asked)
-    _refuse_day_and_zone(asked)
+    refuse_day_and_zone(asked)
     stations = {station.id: station for station in scenario.line.stations}
     missing = [name for name in results.stations["station"] if name not in stations]
     if missing:
@@ -176,7 +176,20 @@ def _scenario(results: Results, asked: ExportWish) -> Scenario:
     return scenario
 
 
-def _refuse_day_and_zone(asked: ExportWish) -> None:
+def refuse_day_and_zone(asked: ExportWish) -> None:
+    """
+    Refuse a day or a time zone that there is not.
+
+    Parameters
+    ----------
+    asked
+        What the user wants.
+
+    Raises
+    ------
+    NotInResultsError
+        With what is wrong.
+    """
     try:
         ZoneInfo(asked.timezone)
     except (ValueError, OSError) as error:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from kankaku.commands.screen import answers, complain
 from kankaku.railway.errors import KankakuError
+from kankaku.scenarios.drafts.draft import write_files
 from kankaku.scenarios.drafts.provenance_notes import SOURCES_FILE
-from kankaku.scenarios.drafts.tables import write_files
 from kankaku.scenarios.importing.formats import Wish, imported
 
 

@@ -116,7 +116,7 @@ def export(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
         str,
         typer.Option(
             help="railsim: time-distance columns; fcd: for a replay in sumo-gui; gtfs: actual "
-            "times; parquet: tidy tables."
+            "times, or booked ones of a scenario folder; parquet: tidy tables."
         ),
     ],
     controller: Of = None,
@@ -136,11 +136,14 @@ def export(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
         typer.Option(help="Folder for the files.", show_default="exported/ in the results folder"),
     ] = None,
 ) -> None:
-    """Write saved results in the format of another program."""
-    from kankaku.commands import export_shown
+    """Write saved results, or a scenario, in the format of another program."""
+    from kankaku.commands import export_scenario, export_shown
 
     asked = export_shown.ExportWish(scenario, timezone, day)
-    end_with(export_shown.export(results, to, out, controller or (), seed, asked))
+    if export_scenario.is_scenario(results):
+        end_with(export_scenario.export_scenario(results, to, out, asked))
+    else:
+        end_with(export_shown.export(results, to, out, controller or (), seed, asked))
 
 
 def add_commands(app: typer.Typer) -> None:

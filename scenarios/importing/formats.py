@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from kankaku.railway.errors import KankakuError, suggesting
-from kankaku.scenarios.drafts.tables import Draft, DraftError
+from kankaku.scenarios.drafts.draft import Draft, DraftError
+from kankaku.scenarios.reading.cell_texts import printable
 
 
 class SourceError(KankakuError):
@@ -23,8 +24,9 @@ class SourceError(KankakuError):
     verdict = "cannot be imported"
 
     def __init__(self, mistakes: tuple[str, ...]) -> None:
-        super().__init__("\n".join(mistakes))
-        self._mistakes = mistakes
+        # Whatever a source holds, nobody's terminal is to obey it.
+        self._mistakes = tuple(map(printable, mistakes))
+        super().__init__("\n".join(self._mistakes))
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -52,9 +54,11 @@ class Wish:
     """Of trains where the source has no timetable. [s]"""
     trains: int | None = None
     """How many trains where the source has no timetable. [-]"""
+    single_track: bool | None = None
+    """Whether there is one track between stations; as the source suggests if nobody says."""
 
 
-class Format(NamedTuple):
+class SourceFormat(NamedTuple):
     """A format that can be imported."""
 
     name: str
@@ -67,14 +71,44 @@ class Format(NamedTuple):
 
 
 _ROOM = "kankaku.scenarios.importing"
-FORMATS: dict[str, Format] = {
+FORMATS: dict[str, SourceFormat] = {
     item.name: item
     for item in (
-        Format(
+        SourceFormat(
             "gtfs",
             "a GTFS feed, as a folder or an archive",
             f"{_ROOM}.gtfs_import",
             ("route", "day", "from_time", "until_time", "train"),
+        ),
+        SourceFormat(
+            "mini-tokyo-3d",
+            "a train timetable of Mini Tokyo 3D, stations and railways beside it",
+            f"{_ROOM}.mini_tokyo_import",
+            ("route", "day", "from_time", "until_time", "train", "single_track"),
+        ),
+        SourceFormat(
+            "osm",
+            "an extract of OpenStreetMap, as .osm, .osm.xml or .osm.pbf",
+            f"{_ROOM}.osm_import",
+            ("route", "train", "headway_s", "trains", "single_track"),
+        ),
+        SourceFormat(
+            "ttobench",
+            "a track of TTOBench (JSON), with a train of it as stock",
+            f"{_ROOM}.ttobench_import",
+            ("train", "stock", "headway_s", "trains"),
+        ),
+        SourceFormat(
+            "railjson",
+            "an infrastructure in RailJSON, with rolling stock of it as stock",
+            f"{_ROOM}.railjson_import",
+            ("route", "train", "stock", "headway_s", "trains"),
+        ),
+        SourceFormat(
+            "railsim",
+            "network, schedule and vehicles of MATSim railsim, as a folder",
+            f"{_ROOM}.railsim_import",
+            ("route", "headway_s"),
         ),
     )
 }
@@ -112,7 +146,7 @@ def imported(name: str, source: Path, wish: Wish) -> Draft:
     for part in fields(Wish):
         asked = getattr(wish, part.name)
         if asked != getattr(nothing, part.name) and part.name not in found.asks:
-            option = f"--{part.name.replace('_time', '').replace('_s', '')}"
+            option = f"--{part.name.replace('_time', '').removesuffix('_s').replace('_', '-')}"
             known = ", ".join(found.asks)
             raise DraftError(option, f"{name} does not know it", known or "no option")
     draft: Draft = import_module(found.module).read(source, wish)

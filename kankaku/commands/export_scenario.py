@@ -1,0 +1,66 @@
+"""What the command ``export`` writes of a scenario: files of its own, without any results."""
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+from kankaku.analysis.asked_results import known_name
+from kankaku.analysis.exports.gtfs_feed import feed_archive
+from kankaku.analysis.tables.columns import write_whole
+from kankaku.commands.export_shown import EXPORTED, ExportWish, refuse_day_and_zone
+from kankaku.commands.screen import refusals, show_warnings
+from kankaku.commands.told_tables import path_line
+from kankaku.railway.plan.scenario import MAIN_FILE
+from kankaku.scenarios.exporting.gtfs_scenario import timetable_feed
+from kankaku.scenarios.loading.load import load
+
+
+def is_scenario(place: Path) -> bool:
+    """Return whether a place is the folder of a scenario."""
+    return os.path.lexists(place / MAIN_FILE)
+
+
+def export_scenario(folder: Path, to: str, out: Path | None, asked: ExportWish) -> int:
+    """
+    Write a scenario in the format of another program.
+
+    Parameters
+    ----------
+    folder
+        Scenario folder.
+    to
+        One of ``SCENARIO_FORMATS``.
+    out
+        Where the files go; a folder in the scenario's if None.
+    asked
+        What only some formats need.
+
+    Returns
+    -------
+    int
+        How the command ends.
+    """
+    with refusals(folder, out or folder):
+        known_name("format", to, list(SCENARIO_FORMATS))
+        place = out or folder / EXPORTED / to
+        files = SCENARIO_FORMATS[to](folder, place, asked)
+        for file in files:
+            path_line("Written", file)
+    return 0
+
+
+def _gtfs(folder: Path, place: Path, asked: ExportWish) -> Iterator[Path]:
+    refuse_day_and_zone(asked)
+    scenario = load(folder)
+    feed = timetable_feed(scenario, asked.timezone, asked.day)
+    show_warnings([f"train {train} has no two calls: left out" for train in feed.left_out])
+    place.mkdir(parents=True, exist_ok=True)
+    file = place / f"{scenario.name}.gtfs.zip"
+    write_whole(file, feed_archive(feed.tables))
+    yield file
+
+
+SCENARIO_FORMATS: Mapping[str, Callable[[Path, Path, ExportWish], Iterator[Path]]] = {
+    "gtfs": _gtfs,
+}
+"""What scenarios can be written as: folder, place and wish to the files that are written."""

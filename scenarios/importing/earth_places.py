@@ -1,0 +1,84 @@
+"""Places on the earth, and names of places as identifiers."""
+
+import re
+import unicodedata
+from collections.abc import Iterable, Sequence
+from itertools import accumulate, pairwise
+from math import asin, cos, radians, sin, sqrt
+
+EARTH_RADIUS_M = 6_371_008.8
+"""Mean radius [1]_.
+
+References
+----------
+.. [1] H. Moritz, "Geodetic Reference System 1980", Journal of Geodesy 74 (2000), R1.
+"""
+_OTHER = re.compile(r"[^A-Za-z0-9]+")
+_LONGEST_ID = 40
+
+
+def distance_m(one: Sequence[float], other: Sequence[float]) -> float:
+    """
+    Return how far two places are from each other.
+
+    Parameters
+    ----------
+    one, other
+        Longitude and latitude. [deg]
+
+    Returns
+    -------
+    float
+        Along a great circle, by the haversine formula. [m]
+    """
+    lon, lat, to_lon, to_lat = map(radians, (*one, *other))
+    half = sin((to_lat - lat) / 2.0) ** 2 + cos(lat) * cos(to_lat) * sin((to_lon - lon) / 2.0) ** 2
+    return 2.0 * EARTH_RADIUS_M * asin(sqrt(min(half, 1.0)))
+
+
+def along_km(places: Sequence[Sequence[float]]) -> list[float]:
+    """
+    Return chainages of places one after the other.
+
+    Parameters
+    ----------
+    places
+        Longitudes and latitudes. [deg], shape (n, 2)
+
+    Returns
+    -------
+    list[float]
+        From 0 on, to the metre. [km], shape (n,)
+    """
+    legs_m = (distance_m(one, other) for one, other in pairwise(places))
+    return [round(place_m / 1000.0, 3) for place_m in accumulate(legs_m, initial=0.0)]
+
+
+def identifiers(names: Iterable[str], *, small: bool = True) -> list[str]:
+    """
+    Return identifiers that files may have.
+
+    Parameters
+    ----------
+    names
+        Any texts.
+    small
+        Whether all letters become small ones.
+
+    Returns
+    -------
+    list[str]
+        Letters and digits of each, with ``-`` between; all different.
+    """
+    found: dict[str, None] = {}
+    for name in names:
+        # Letters without their accents; what has no Latin letters gets a number.
+        plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
+        stem = _OTHER.sub("-", plain).strip("-")[:_LONGEST_ID] or "x"
+        stem = stem.lower() if small else stem
+        number, made = 1, stem
+        while made in found:
+            number += 1
+            made = f"{stem}-{number}"
+        found[made] = None
+    return list(found)
