@@ -22,7 +22,12 @@ from kankaku.asking import (
     YEARS,
     Check,
 )
-from kankaku.commands import results_commands, scenario_commands, study_options
+from kankaku.commands import (
+    planning_commands,
+    results_commands,
+    scenario_commands,
+    study_options,
+)
 from kankaku.commands.shared_options import (
     OUT,
     PROCESSORS,
@@ -381,3 +386,4 @@ def check_controller(
 
 results_commands.add_commands(app)
 scenario_commands.add_commands(app)
+planning_commands.add_commands(app)
