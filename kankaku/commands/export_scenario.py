@@ -1,5 +1,6 @@
 """What the command ``export`` writes of a scenario: files of its own, without any results."""
 
+import json
 import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -12,6 +13,7 @@ from kankaku.commands.screen import refusals, show_warnings
 from kankaku.commands.told_tables import path_line
 from kankaku.railway.plan.scenario import MAIN_FILE
 from kankaku.scenarios.exporting.gtfs_scenario import timetable_feed
+from kankaku.scenarios.exporting.railjson_scenario import railjson_of
 from kankaku.scenarios.loading.load import load
 
 
@@ -60,7 +62,17 @@ def _gtfs(folder: Path, place: Path, asked: ExportWish) -> Iterator[Path]:
     yield file
 
 
+def _railjson(folder: Path, place: Path, _: ExportWish) -> Iterator[Path]:
+    scenario = load(folder)
+    place.mkdir(parents=True, exist_ok=True)
+    file = place / f"{scenario.name}.railjson.json"
+    text = json.dumps(railjson_of(scenario), ensure_ascii=False, indent=1)
+    write_whole(file, f"{text}\n".encode())
+    yield file
+
+
 SCENARIO_FORMATS: Mapping[str, Callable[[Path, Path, ExportWish], Iterator[Path]]] = {
     "gtfs": _gtfs,
+    "railjson": _railjson,
 }
 """What scenarios can be written as: folder, place and wish to the files that are written."""

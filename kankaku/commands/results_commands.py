@@ -116,7 +116,7 @@ def export(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
         str,
         typer.Option(
             help="railsim: time-distance columns; fcd: for a replay in sumo-gui; gtfs: actual "
-            "times, or booked ones of a scenario folder; parquet: tidy tables."
+            "times; parquet: tidy tables. Of a scenario folder gtfs: booked times; railjson: line."
         ),
     ],
     controller: Of = None,

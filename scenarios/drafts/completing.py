@@ -15,10 +15,17 @@ from kankaku.scenarios.drafts.stays import CLEARING_S
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.mistakes import Mistake, ScenarioError
 
-ROOMIER = ((CLEARING_S, 1.0), (300, 1.0), (300, 0.5), (600, 0.5), (1200, 0.5), (1200, 0.25))
+ROOMIER = (
+    *((CLEARING_S, share) for share in (1.0, 0.8, 0.6, 0.4)),
+    (300, 1.0),
+    (300, 0.4),
+    (600, 0.4),
+    (1200, 0.4),
+    (1200, 0.2),
+)
 """
 For so long a platform track stays free between two trains, and so long are blocks over what they
-are usually; the first two that are enough. [s], [-]
+are usually; the first two that are enough, shorter blocks before more tracks. [s], [-]
 """
 
 

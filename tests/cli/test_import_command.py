@@ -48,6 +48,18 @@ def test_a_scenario_is_exported_as_booked(tmp_path: Path) -> None:
     assert "'../x'" in refused("export", line, "--to", "gtfs", "--timezone", "../x")
 
 
+def test_a_line_is_exported_as_an_infrastructure(tmp_path: Path) -> None:
+    line = tmp_path / "line"
+    kankaku("import", "gtfs", write_feed(tmp_path / "feed", good_feed()), line)
+    told = kankaku("export", line, "--to", "railjson", "--out", tmp_path)
+    assert told.status == 0, told.complaints
+    told = kankaku("import", "railjson", tmp_path / "line.railjson.json", tmp_path / "again")
+    assert told.status == 0, told.complaints
+    before, after = load(line), load(tmp_path / "again")
+    names = [one.name for one in before.line.stations]
+    assert [one.name for one in after.line.stations] in (names, names[::-1])
+
+
 def test_a_wrong_feed_is_refused_and_nothing_written(tmp_path: Path) -> None:
     files = replaced(good_feed(), "stop_times.txt", "08:02:00,", "8.02,")
     told = refused("import", "gtfs", write_feed(tmp_path / "feed", files), tmp_path / "line")
