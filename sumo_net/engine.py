@@ -7,7 +7,7 @@ from typing import NoReturn, Self
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray, IntArray
-from kankaku.railway.loop.plain_engine import PlainEngine
+from kankaku.railway.loop.plain_engine import HALTING_SPEED_MPS, PlainEngine
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import Span
 from kankaku.railway.step.engine_contract import Observation
@@ -26,6 +26,9 @@ LONGEST_STOP_S = 1e6
 """A stop that is extended for ever lasts so long in SUMO. [s]"""
 LATE_STEPS = 2
 """SUMO begins a stop, and takes a train off, so many steps after us at the latest. [-]"""
+
+FIRST_STEPS = 2
+"""SUMO begins a train's first stop in the step after it enters, and ends it in the next. [-]"""
 
 
 class EngineDisagreementError(RuntimeError):
@@ -59,7 +62,10 @@ class SumoEngine(PlainEngine):
 
     def __init__(self, files: SumoFiles, world: World, *, gui: bool = False) -> None:
         super().__init__(world, np.zeros_like(files.dwell_s), world.step_s)
-        self._dwell_s = files.dwell_s
+        # SUMO knows whole milliseconds.
+        self._dwell_s = files.dwell_s.round(3)
+        self._dwell_s[:, 0] = np.maximum(self._dwell_s[:, 0], FIRST_STEPS * world.step_s)
+        self._booked_s = world.booked_departure_s.round(3)
         self._files = files
         self._gui = gui
         self._types = tuple(names.vehicle_type(kind.id) for kind in world.train_types)
@@ -152,7 +158,7 @@ class SumoEngine(PlainEngine):
             [s], shape (n_trains,)
         """
         before_s = dict(self._release_s)
-        super().hold(until_s)
+        super().hold(until_s.round(3))
         for row in self._begun:
             if self._release_s[row] != before_s[row]:
                 self._extend(row, self._steps)
@@ -248,8 +254,6 @@ class SumoEngine(PlainEngine):
         if step - self._stood.pop(row, -LATE_STEPS - 1) > LATE_STEPS and row not in self._met:
             self._refuse(f"{self._vehicles[row]} began a stop that was not expected")
         self._begun.add(row)
-        # A train may come to a stand from the slowest of speeds; SUMO lets it roll until then.
-        self._start_m[row] = self._front_m[row] - self._get_distance(self._vehicles[row])
         if self._release_s.get(row, 0.0) > self._over_s.get(row, np.inf):
             self._extend(row, step)
 
@@ -260,6 +264,11 @@ class SumoEngine(PlainEngine):
             trains = ", ".join(self._vehicles[row] for row in sorted(apart))
             self._refuse(f"SUMO lets {trains} go, or we do, and not both")
         self._begun.difference_update(seen.released)
+        for row in {*seen.released} - self._off:
+            # A train may come to a stand from the slowest of speeds: SUMO lets it roll for a step.
+            start_m = self._front_m[row] - self._get_distance(self._vehicles[row])
+            if abs(start_m - self._start_m[row]) <= HALTING_SPEED_MPS * self._step_s:
+                self._start_m[row] = start_m
         for row in seen.left:
             if row not in self._off:
                 self._leaving[row] = self._steps

@@ -93,6 +93,7 @@ class PlainEngine:
     def __init__(self, world: World, dwell_delay_s: FloatArray, step_s: float) -> None:
         self._world = world
         self._dwell_s = world.minimum_dwell_s[:, :-1] + dwell_delay_s
+        self._booked_s = world.booked_departure_s
         self._step_s = step_s
         self._begin_s = float(np.floor(world.booked_arrival_s[:, 0].min() - step_s)) - 1.0
         self._steps = 0
@@ -152,7 +153,7 @@ class PlainEngine:
         stopped = self._at_stop()
         for row in stopped:
             call = self._call[row]
-            booked_s = float(self._world.booked_departure_s[row, call])
+            booked_s = float(self._booked_s[row, call])
             over_s = max(booked_s, now_s + float(self._dwell_s[row, call]))
             self._over_s[row] = self._release_s[row] = over_s
             self._speed_mps[row] = 0.0

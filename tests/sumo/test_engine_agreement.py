@@ -10,6 +10,7 @@ from kankaku.controllers.drive import TractionDrive
 from kankaku.railway.loop.simulate import simulate
 from kankaku.railway.meters.all_meters import all_meters
 from kankaku.railway.plan.run import Run
+from kankaku.railway.plan.timetable import Timetable
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Command
 from kankaku.railway.step.engine_contract import Engine
@@ -99,6 +100,35 @@ def test_a_train_off_its_commands_stops_the_run(
         monkeypatch.setattr(engine, "_set_speed", lambda train, mps: honest(train, 1.01 * mps))
         with pytest.raises(EngineDisagreementError, match="off its commands"):
             accelerate(engine)
+
+
+@pytest.mark.parametrize("dwell_s", [0.0, 0.3, 0.7004, 1.3996])
+@pytest.mark.parametrize("booked_s", [-600.0, 0.0, 0.7004])
+@pytest.mark.parametrize("step_s", [0.1, 0.5])
+def test_short_stops_end_in_both_at_once(
+    tmp_path: Path, step_s: float, booked_s: float, dwell_s: float
+) -> None:
+    scenario = two_station_scenario(2, 90.0, step_s=step_s)
+    services = tuple(
+        replace(
+            service,
+            calls=tuple(
+                replace(
+                    call,
+                    minimum_dwell_s=dwell_s,
+                    departure_s=call.arrival_s + max(booked_s, 0.0 if number == 0 else booked_s),
+                )
+                for number, call in enumerate(service.calls)
+            ),
+        )
+        for service in scenario.timetable.services
+    )
+    scenario = replace(scenario, timetable=Timetable(services))
+    world, delay_s = world_of(scenario), np.zeros((2, 2))
+    with SumoEngine(build(scenario, world, delay_s, tmp_path), world) as engine:
+        run = Run(world, delay_s, 1, 600.0)
+        record = simulate(run, engine, controller_of(world), all_meters(world))
+    assert record.completed.all()
 
 
 def test_a_stop_that_ends_in_one_of_both_alone_stops_the_run(
