@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from kankaku.scenarios.drafts.draft import Draft, DraftError
 from kankaku.scenarios.drafts.layout_notes import note_later, note_loops, note_tracks
-from kankaku.scenarios.drafts.meetings import THROATS, Loops, Room, Throat, loops_of
+from kankaku.scenarios.drafts.meetings import NEAREST_THROAT, THROATS, Loops, Room, Throat, loops_of
 from kankaku.scenarios.drafts.refusals import refuse
 from kankaku.scenarios.drafts.single_line import later_than, with_sidings, without_clashes
 from kankaku.scenarios.drafts.sketch import Sketch
@@ -96,7 +96,8 @@ def lay_out(sketch: Sketch, roominess: Roominess = Roominess()) -> Draft:
 
 def _fitting(sketch: Sketch, roominess: Roominess) -> "_Builder":
     """Return the lines and points that stations have room for."""
-    for throat, roomy in (*((throat, True) for throat in THROATS), (THROATS[-1], False)):
+    throats = THROATS if sketch.single_track else (*THROATS, NEAREST_THROAT)
+    for throat, roomy in (*((throat, True) for throat in throats), (throats[-1], False)):
         builder = _Builder(sketch, throat, roominess, roomy=roomy)
         near = builder.near()
         if near is None and not builder.loops.unplaced:

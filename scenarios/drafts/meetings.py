@@ -45,8 +45,10 @@ class Throat(NamedTuple):
     """They are fouled so far to either side. [m]"""
 
 
-THROATS = (Throat(110.0, 60.0), Throat(70.0, 40.0), Throat(40.0, 25.0), Throat(27.0, 18.0))
+THROATS = (Throat(110.0, 60.0), Throat(70.0, 40.0), Throat(40.0, 25.0))
 """The first that the distances between stations leave room for."""
+NEAREST_THROAT = Throat(27.0, 18.0)
+"""On a double line, at last: a train that waits in a loop needs more room to clear the points."""
 
 
 class Room(NamedTuple):

@@ -2,7 +2,7 @@
 
 from math import ceil
 
-from kankaku.scenarios.drafts.meetings import THROATS
+from kankaku.scenarios.drafts.meetings import NEAREST_THROAT
 
 PLATFORM_MARGIN_M = 10.0
 """Platforms are longer than the longest train by so much. [m]"""
@@ -43,4 +43,4 @@ def least_apart_m(train_m: float) -> float:
     float
         Between the middles of two stations. [m]
     """
-    return platform_m(train_m) + 2.0 * sum(THROATS[-1])
+    return platform_m(train_m) + 2.0 * sum(NEAREST_THROAT)

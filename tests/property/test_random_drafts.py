@@ -68,7 +68,7 @@ def _trip(draw: st.DrawFn, name: str, chainages_m: list[int], *, rises: bool) ->
 
 
 @given(sketch=sketches())
-@examples(300)
+@examples(150)
 def test_line_at_random_can_be_run_or_is_refused_with_a_reason(sketch: Sketch) -> None:
     kind = "single" if sketch.single_track else "double"
     draft, told = _laid_out(sketch)
@@ -90,7 +90,7 @@ def _laid_out(sketch: Sketch) -> tuple[Draft | None, str]:
 
 
 @given(sketch=sketches(), protection=st.sampled_from(["moving_block", "multi_step_atc", "atd"]))
-@examples(60, HealthCheck.filter_too_much)
+@examples(40, HealthCheck.filter_too_much)
 def test_trains_of_a_line_at_random_arrive_and_meet_nobody(sketch: Sketch, protection: str) -> None:
     sketch.trips = tuple(replace(trip, next_trip="") for trip in sketch.trips[:6])
     sketch.driving = {"step_s": 0.5}
