@@ -13,7 +13,12 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from kankaku.scenarios.drafts.draft import Draft, DraftError
-from kankaku.scenarios.drafts.layout_notes import note_later, note_loops, note_tracks
+from kankaku.scenarios.drafts.layout_notes import (
+    note_crowding,
+    note_later,
+    note_loops,
+    note_tracks,
+)
 from kankaku.scenarios.drafts.meetings import NEAREST_THROAT, THROATS, Loops, Room, Throat, loops_of
 from kankaku.scenarios.drafts.refusals import refuse
 from kankaku.scenarios.drafts.single_line import later_than, with_sidings, without_clashes
@@ -326,6 +331,8 @@ class _Builder:
         sketch = self._sketch
         tracks = {name: len(place.tracks) for name, place in self._own()}
         note_tracks(sketch, tracks, self._platform_m, self._throat)
+        if not self._roomy:
+            note_crowding(sketch.notes)
         if sketch.single_track:
             own = {site.id: site.km for site in self._sites if self._places[site.id].tracks}
             looped = {name: km for name, km in own.items() if name not in self._kept}

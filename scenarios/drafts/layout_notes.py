@@ -8,6 +8,9 @@ from kankaku.scenarios.drafts.sketch import Sketch
 from kankaku.scenarios.drafts.station_sizes import PLATFORM_MARGIN_M, PROOF_S, THROW_S
 from kankaku.scenarios.drafts.stays import LEAST_DWELL_S
 
+CROWDED = "room for a train between the points of near stations"
+"""What is missing where stations with points lie nearest."""
+
 
 def note_tracks(
     sketch: Sketch, tracks: Mapping[str, int], platform_m: float, throat: Throat
@@ -52,6 +55,21 @@ def note_tracks(
     if not sketch.single_track:
         side = "left" if sketch.left_hand else "right"
         notes.assume("running side", side, "which side trains keep to; only drawings show it")
+
+
+def note_crowding(notes: SourceNotes) -> None:
+    """
+    Note that a train cannot stand between the points of two near stations without fouling any.
+
+    Parameters
+    ----------
+    notes
+        Are told.
+    """
+    notes.miss(
+        CROWDED,
+        "under fixed blocks trains that wait there may keep each other from going on for ever",
+    )
 
 
 def note_loops(notes: SourceNotes, loops: Loops, looped: Mapping[str, float]) -> None:
