@@ -23,6 +23,7 @@ from kankaku.asking import (
     Check,
 )
 from kankaku.commands import (
+    controller_commands,
     planning_commands,
     results_commands,
     scenario_commands,
@@ -367,23 +368,7 @@ def availability(
     end_with(tell_availability(scenario, out, seed, years))
 
 
-@app.command("check-controller")
-def check_controller(
-    name: Annotated[
-        str,
-        typer.Argument(
-            metavar="NAME",
-            show_default=False,
-            help="A protection, an operation, or protection+operation; those of own packages, too.",
-        ),
-    ],
-) -> None:
-    """Tell whether a controller keeps the contract, and where it does not."""
-    from kankaku.commands.check_shown import judge
-
-    end_with(judge(name))
-
-
+controller_commands.add_commands(app)
 results_commands.add_commands(app)
 scenario_commands.add_commands(app)
 planning_commands.add_commands(app)

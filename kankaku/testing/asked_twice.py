@@ -1,11 +1,13 @@
 """Stands between the loop and a controller: asks everything twice, and looks at the answers."""
 
 from collections.abc import Callable, Iterator
+from statistics import median
+from time import perf_counter
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from kankaku.railway.errors import sentence_of
+from kankaku.railway.errors import KankakuError, sentence_of
 from kankaku.railway.step.control import Controller, Operation, Protection, Supervision
 from kankaku.railway.step.state import (
     NO_REASON,
@@ -22,7 +24,18 @@ KEPT_EVERY = 97
 ORDERS_KEPT_EVERY = 7
 """The same of supervision, which is asked at events only."""
 
+TIMELY = "answers in time"
+SLOW_S = 0.01
+"""A layer that takes longer for its usual answer is slow: a morning of 90 minutes in steps of
+half a second would take minutes by it alone. [s]"""
+TIMED = 30
+"""Answers that are timed together; their median counts, whatever is compiled in the first. [-]"""
+
 Answer = TypeVar("Answer", Authority, Advice, Orders)
+
+
+class TooSlowError(KankakuError):
+    """A layer that nobody waits for."""
 
 
 class Answered(NamedTuple):
@@ -61,6 +74,7 @@ class AskedTwice:
         self.said: list[Answered] = []
         self.kept: list[KeptQuestion] = []
         self._supervised = 0
+        self._took_s: dict[str, list[float]] = {}
         self.problems: dict[str, str] = {}
         """The first thing that is wrong, by the name of the check."""
 
@@ -111,10 +125,15 @@ class AskedTwice:
         question: tuple[Any, ...],
     ) -> tuple[Answer, Any]:
         before, state = frozen(question), question[0]
+        begun_s = perf_counter()
         first = ask(*question)
+        first_s = perf_counter() - begun_s
         # A memory that is written to is the same object in both answers.
         answer = frozen(first)
+        begun_s = perf_counter()
         second = ask(*question)
+        # The shorter one: whatever else the machine has to do is none of its business.
+        self._time(what, min(first_s, perf_counter() - begun_s), state)
         names = ("state", "memory") if what == "authorise" else ("state", "authority", "memory")
         for name, was, now in zip(names, before, question, strict=True):
             if not same(was, now):
@@ -128,6 +147,19 @@ class AskedTwice:
         if kept:
             self.kept.append(KeptQuestion(what, before, answer))
         return first
+
+    def _time(self, what: str, took_s: float, state: LineState) -> None:
+        """Give up a layer that is slow; a run of it would take too long even here."""
+        timed_s = self._took_s.setdefault(what, [])
+        timed_s.append(took_s)
+        if len(timed_s) < TIMED:
+            return
+        usual_s = median(timed_s)
+        timed_s.clear()
+        if usual_s > SLOW_S:
+            told = f"{what} takes {1e3 * usual_s:.0f} ms, more than {1e3 * SLOW_S:.0f} ms"
+            self.note(TIMELY, told, state)
+            raise TooSlowError(told)
 
     def ask_again(self, fresh: Controller) -> None:
         """

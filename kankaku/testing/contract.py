@@ -18,7 +18,8 @@ from kankaku.railway.plan.scenario import UNSUPERVISED, ControllerSpec, Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller, Separation
 from kankaku.railway.step.records import RunRecord
-from kankaku.testing.asked_twice import Answered, AskedTwice
+from kankaku.testing.alike import frozen, same
+from kankaku.testing.asked_twice import TIMELY, Answered, AskedTwice
 from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
 from kankaku.testing.loop_station import loop_station_scenario
 from kankaku.testing.toy_engine import ToyEngine
@@ -97,6 +98,7 @@ def trial_of(scenario: Scenario, candidate: Candidate, delay_s: FloatArray) -> T
         With what went wrong, where it could not be run to its end.
     """
     world = world_of(scenario)
+    before = frozen(world)
     controller = candidate(world)
     asked = AskedTwice(controller, len(scenario.line.turnouts))
     record, error = None, ""
@@ -109,6 +111,8 @@ def trial_of(scenario: Scenario, candidate: Candidate, delay_s: FloatArray) -> T
         asked.ask_again(candidate(world))
     except Exception as failed:  # noqa: BLE001 - whatever a stranger's controller does
         error = sentence_of(failed)
+    if not same(before, world):
+        asked.problems[WORLD] = "a layer writes into the world"
     return Trial(scenario, world, controller, asked, record, error)
 
 
@@ -238,9 +242,12 @@ def _other_than_foreseen(
     return ""
 
 
+WORLD = "world is left alone"
 CHECKS: Mapping[str, Callable[[Trial], str]] = {
     "runs to the end": runs_through,
+    TIMELY: _noted(TIMELY),
     "same question, same answer": _noted("same question, same answer"),
+    WORLD: _noted(WORLD),
     "state is left alone": _noted("state is left alone"),
     "authority is left alone": _noted("authority is left alone"),
     "memory is left alone": _noted("memory is left alone"),
@@ -255,6 +262,9 @@ CHECKS: Mapping[str, Callable[[Trial], str]] = {
 }
 """What is looked at in every run."""
 FUTURE = "the future is not read"
+AGAIN = "another run, same run"
+ABOUT_RUNS = (AGAIN, FUTURE)
+"""What is looked at by comparing runs."""
 
 
 def check_candidate(candidate: Candidate) -> list[Finding]:
@@ -276,9 +286,44 @@ def check_candidate(candidate: Candidate) -> list[Finding]:
         scenario = make()
         trials[name] = trial_of(scenario, candidate, overstays(scenario, *OVERSTAYS_S))
     findings = [_finding(check, look, trials) for check, look in CHECKS.items()]
-    ran = trials["one track"].record is not None
+    first = trials["one track"]
+    # Who did not come to an end would not do so again.
+    ran = first.record is not None and TIMELY not in first.asked.problems
+    again = runs_another_way(first, candidate) if ran else ""
     future = reads_the_future(candidate) if ran else ""
-    return [*findings, Finding(FUTURE, future)]
+    return [*findings, Finding(AGAIN, again), Finding(FUTURE, future)]
+
+
+def runs_another_way(trial: Trial, candidate: Candidate) -> str:
+    """
+    Return whether the same trains run otherwise once more.
+
+    Whoever draws lots, looks at a clock, or keeps something beyond a run does that.
+
+    Parameters
+    ----------
+    trial
+        A run to its end; others may have come after it.
+    candidate
+        Who ran.
+
+    Returns
+    -------
+    str
+        Empty if they do not.
+    """
+    delay_s = overstays(trial.scenario, *OVERSTAYS_S)
+    other = trial_of(trial.scenario, candidate, delay_s)
+    if other.error:
+        return f"the same run fails another time: {other.error}"
+    for one, two in zip(trial.asked.said, other.asked.said, strict=False):
+        if not (same(one.state, two.state) and same(one.advice, two.advice)):
+            minutes, seconds = divmod(one.state.time_s, 60.0)
+            clock = f"{int(minutes) // 60:02d}:{int(minutes) % 60:02d}:{seconds:04.1f}"
+            return f"the same run goes another way from {clock} on"
+    if len(trial.asked.said) != len(other.asked.said):
+        return "the same run takes longer, or shorter, another time"
+    return ""
 
 
 def _finding(check: str, look: Callable[[Trial], str], trials: Mapping[str, Trial]) -> Finding:

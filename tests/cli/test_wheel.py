@@ -9,12 +9,14 @@ from pathlib import Path
 
 import pytest
 
+from kankaku.commands.controller_package import package_files
 from tests.cli.command import PATIENCE_S, PROJECT
 
 LEFT_OUT = shutil.ignore_patterns(
     ".venv", ".git", "out", "build", "__pycache__", "*.egg-info", ".*"
 )
 SCENARIOS = tuple(file.parent.name for file in (PROJECT / "scenarios").glob("*/scenario.toml"))
+OWN = ("kankaku_steady", "kankaku_hurry")
 BUILD = "import sys; from setuptools import build_meta; build_meta.build_sdist(sys.argv[1])"
 
 
@@ -45,9 +47,13 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def installed(built: Path) -> Path:
     """Return a folder with the program and the example package, as pip installs them."""
     example = built / "source" / "docs" / "examples" / "own_operation"
+    own = built / "hurry"
+    for file, text in package_files("hurry").items():
+        own.mkdir(exist_ok=True)
+        (own / file).write_text(text, "utf-8")
     (archive,) = (built / "archive").iterdir()
     install = ("-m", "pip", "install", "-q", "--no-deps", "--no-build-isolation", "--target")
-    python(*install, built / "site", archive, example, tools=built / "tools")
+    python(*install, built / "site", archive, example, own, tools=built / "tools")
     return built / "site"
 
 
@@ -92,7 +98,7 @@ def test_the_archive_of_the_sources_has_files_and_no_links(built: Path) -> None:
 
 
 def test_the_wheel_has_one_name_types_scenarios_and_a_command(installed: Path) -> None:
-    names = {item.name for item in installed.iterdir() if "kankaku_steady" not in item.name}
+    names = {item.name for item in installed.iterdir() if not item.name.startswith(OWN)}
     others = {name for name in names if not name.endswith(".dist-info")} - {"bin", "__pycache__"}
     assert others == {"kankaku"}
     assert (installed / "bin" / "kankaku").exists()
@@ -116,4 +122,5 @@ def test_it_runs_beside_a_strangers_files_with_an_operation_of_a_package(
 
 def test_the_operation_of_a_package_is_listed_and_judged(installed: Path, stranger: Path) -> None:
     assert "(package kankaku-steady)" in told(installed, stranger, "--list-controllers")
-    assert "It keeps the contract." in told(installed, stranger, "check-controller", "steady")
+    for name in ("steady", "hurry"):
+        assert "It keeps the contract." in told(installed, stranger, "check-controller", name)

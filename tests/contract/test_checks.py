@@ -1,5 +1,8 @@
 """The contract tells what is wrong with controllers that break it, each for its own reason."""
 
+import random
+import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -13,9 +16,10 @@ from kankaku.controllers.registry import OPERATIONS, Layer, build
 from kankaku.railway.arrays import FloatArray
 from kankaku.railway.plan.scenario import ControllerSpec
 from kankaku.railway.plan.world import World
-from kankaku.railway.step.control import Controller
+from kankaku.railway.step.control import Controller, Foresight
 from kankaku.railway.step.state import Advice, Authority, LineState
 from kankaku.testing import CHECKS, check_candidate, check_controller, failures
+from kankaku.testing.contract import ABOUT_RUNS
 from tests.cli.command import BAD_INPUT, FAILED, kankaku
 
 SPEC = ControllerSpec("bad", "moving_block", "close_up", {}, {})
@@ -75,6 +79,61 @@ class Secretive(CloseUp):
         if state.time_s != self.asked_s:
             self.asked_s, self.times = state.time_s, self.times + 1
         return advice._replace(ceiling_mps=advice.ceiling_mps - 1e-5 * self.times), memory
+
+
+class Drawing(CloseUp):
+    """Draws lots."""
+
+    def advise(self, state: LineState, authority: Authority, memory: None) -> tuple[Advice, None]:
+        advice, memory = super().advise(state, authority, memory)
+        less_mps = 0.1 * random.random()  # noqa: S311 - nobody's secret
+        return advice._replace(ceiling_mps=advice.ceiling_mps - less_mps), memory
+
+
+class Lasting(CloseUp):
+    """Keeps for every class of its kind what it saw, and goes by how many there were before."""
+
+    made = 0
+
+    def __init__(self, world: World, options: CloseUpOptions, foresight: Foresight) -> None:
+        super().__init__(world, options, foresight)
+        # Of whole runs, so that within one it answers from what it is told.
+        type(self).made += 1
+
+    def advise(self, state: LineState, authority: Authority, memory: None) -> tuple[Advice, None]:
+        advice, memory = super().advise(state, authority, memory)
+        return advice._replace(ceiling_mps=advice.ceiling_mps - 0.01 * (self.made // 3)), memory
+
+
+class Slow(CloseUp):
+    """Thinks for longer than anybody waits."""
+
+    def advise(self, state: LineState, authority: Authority, memory: None) -> tuple[Advice, None]:
+        time.sleep(0.02)
+        return super().advise(state, authority, memory)
+
+
+class Meddling(CloseUp):
+    """Books its trains anew."""
+
+    def __init__(self, world: World, options: CloseUpOptions, foresight: Foresight) -> None:
+        super().__init__(world, options, foresight)
+        world.booked_departure_s[0, 0] += 1.0
+
+
+class Peeping(CloseUp):
+    """Looks through its callers for how long trains are going to overstay."""
+
+    def advise(self, state: LineState, authority: Authority, memory: None) -> tuple[Advice, None]:
+        advice, memory = super().advise(state, authority, memory)
+        frame: Any = sys._getframe()  # noqa: SLF001 - that is the fault
+        while frame is not None and "delay_s" not in frame.f_locals:
+            frame = frame.f_back
+        longest_s = 0.0 if frame is None else float(np.max(frame.f_locals["delay_s"]))
+        ceiling_mps = np.full(len(advice.ceiling_mps), 25.0 if longest_s < 100.0 else 10.0)
+        return advice._replace(ceiling_mps=ceiling_mps, reason=np.zeros_like(advice.reason)), memory
+
+    reasons = ("peeps",)
 
 
 class Generous(CloseUp):
@@ -145,6 +204,9 @@ def over(operation: type[CloseUp]) -> Callable[[World], Controller]:
         (over(Secretive), "memory is what it returns", "advise depends on what was asked before"),
         (over(Generous), "authority is left alone", "advise writes into the authority"),
         (over(Overwriting), "memory is left alone", "advise writes into the memory"),
+        (over(Drawing), "same question, same answer", "advise answers differently"),
+        (over(Slow), "answers in time", "ms, more than 10 ms"),
+        (over(Meddling), "world is left alone", "a layer writes into the world"),
     ],
 )
 def test_a_bad_controller_is_told_what_is_wrong_with_it(
@@ -153,6 +215,21 @@ def test_a_bad_controller_is_told_what_is_wrong_with_it(
     problems = {found.check: found.problem for found in check_candidate(candidate)}
     assert told in problems[check]
     assert problems[check].endswith("(line 'one track')")
+
+
+@pytest.mark.parametrize(
+    ("candidate", "check", "told"),
+    [
+        (over(Peeping), "the future is not read", "run differently before the first one overstays"),
+        (over(Drawing), "another run, same run", "goes another way from"),
+        (over(Lasting), "another run, same run", "goes another way from"),
+    ],
+)
+def test_what_only_another_run_shows_is_told_too(
+    candidate: Callable[[World], Controller], check: str, told: str
+) -> None:
+    problems = {found.check: found.problem for found in check_candidate(candidate)}
+    assert told in problems[check]
 
 
 def test_a_memory_may_be_made_of_anything_that_holds_numbers() -> None:
@@ -173,7 +250,7 @@ def test_the_command_fails_for_a_bad_controller_and_tells_why(
     screen = kankaku("check-controller", "moving_block+wordless")
     assert screen.status == FAILED
     assert "reason 0 is not one of the 0 in reasons" in screen.answers
-    assert f"of {len(CHECKS) + 1} checks failed" in screen.answers
+    assert f"of {len(CHECKS) + len(ABOUT_RUNS)} checks failed" in screen.answers
 
 
 def test_a_name_that_is_no_controller_is_answered_with_the_likeliest() -> None:

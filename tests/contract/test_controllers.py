@@ -22,8 +22,8 @@ from kankaku.railway.plan.timetable import Timetable
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller
 from kankaku.testing.contract import (
+    ABOUT_RUNS,
     CHECKS,
-    FUTURE,
     LINES,
     OVERSTAYS_S,
     check_candidate,
@@ -90,7 +90,7 @@ def test_every_pair_keeps_the_contract_at_a_loop_station(protection: str, operat
 def test_every_layer_keeps_the_contract_everywhere(protection: str, operation: str) -> None:
     findings = check_candidate(lambda world: controller_of(world, protection, operation))
     assert not failures(findings)
-    assert [found.check for found in findings] == [*CHECKS, FUTURE]
+    assert [found.check for found in findings] == [*CHECKS, *ABOUT_RUNS]
 
 
 @pytest.mark.parametrize(
