@@ -100,6 +100,43 @@ def named(specs: Sequence[ControllerSpec], name: str) -> ControllerSpec:
     return ControllerSpec(name, protection, operation, {}, {}, supervision=supervision)
 
 
+def by_layers(name: str) -> ControllerSpec:
+    """
+    Return a controller that no scenario needs to name, with the defaults of its options.
+
+    Parameters
+    ----------
+    name
+        A protection (under ``close_up``), an operation (over ``moving_block``), a supervision
+        (over both), ``protection+operation`` or ``protection+operation+supervision``; those of
+        other packages, too.
+
+    Returns
+    -------
+    ControllerSpec
+        Named by its protection, its operation and, if there is one, its supervision.
+
+    Raises
+    ------
+    ControllerError
+        If there is no such layer.
+    """
+    if PLUS in name:
+        return named((), name)
+    layers = {PROTECTION: "moving_block", OPERATION: "close_up", SUPERVISION: ""}
+    registries = (PROTECTIONS, OPERATIONS, SUPERVISIONS)
+    kinds = [known.kind for known in registries if name in known]
+    if not kinds or name == UNSUPERVISED:
+        everything = dict.fromkeys(layer for known in registries for layer in known)
+        problem = "is no protection, operation or supervision"
+        raise ControllerError(name, problem, likely(name, everything))
+    layers[kinds[0]] = name
+    if name in PROTECTIONS and name in OPERATIONS:
+        # Layers of one name are made for each other.
+        layers[OPERATION] = name
+    return named((), PLUS.join(layer for layer in layers.values() if layer))
+
+
 def with_settings(
     specs: Sequence[ControllerSpec], settings: Iterable[str]
 ) -> tuple[ControllerSpec, ...]:

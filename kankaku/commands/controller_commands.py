@@ -6,7 +6,12 @@ from typing import Annotated
 
 import typer
 
-from kankaku.commands.shared_options import end_with
+from kankaku.commands.shared_options import OUT, PROCESSORS, Jobs, end_with
+
+BENCHMARK_OUT = OUT / "benchmark"
+REPEATED = 10
+"""Runs that are repeated unless something else is said. [-]"""
+BENCHMARK_SEEDS = 5
 
 
 def check_controller(
@@ -43,6 +48,51 @@ def new_controller(
     end_with(make_package(folder, name, force=force))
 
 
+def benchmark(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
+    controllers: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="CONTROLLER...",
+            show_default=False,
+            help="Protections, operations or supervisions, or some joined by +; own ones, too.",
+        ),
+    ] = None,
+    suite: Annotated[
+        list[str] | None,
+        typer.Option(help="Only this suite; repeat for several.", show_default="all"),
+    ] = None,
+    world: Annotated[
+        list[str] | None,
+        typer.Option(help="Only this world of delays; repeat.", show_default="all"),
+    ] = None,
+    seeds: Annotated[
+        int, typer.Option(min=1, max=BENCHMARK_SEEDS, help="Only so many of the seeds.")
+    ] = BENCHMARK_SEEDS,
+    out: Annotated[Path, typer.Option(help="Results folder.")] = BENCHMARK_OUT,
+    jobs: Jobs = PROCESSORS,
+    verify: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Repeat some runs of a result file, and compare.",
+            show_default=False,
+        ),
+    ] = None,
+    sample: Annotated[int, typer.Option(min=1, help="Runs that --verify repeats.")] = REPEATED,
+    draw: Annotated[
+        int | None,
+        typer.Option(min=0, help="What --verify draws them by.", show_default="by chance"),
+    ] = None,
+) -> None:
+    """Score controllers on fixed suites, seeds and delays; or verify a result."""
+    from kankaku.commands import benchmark_shown
+
+    if verify is not None:
+        end_with(benchmark_shown.verify(verify, sample, draw, jobs))
+        return
+    end_with(benchmark_shown.measure(controllers or (), suite or (), world or (), seeds, out, jobs))
+
+
 def add_commands(app: typer.Typer) -> None:
     """
     Add these commands to a command line.
@@ -54,3 +104,4 @@ def add_commands(app: typer.Typer) -> None:
     """
     app.command("check-controller")(check_controller)
     app.command("new-controller")(new_controller)
+    app.command("benchmark")(benchmark)

@@ -92,7 +92,7 @@ def world_of(scenario: Scenario, step_s: float) -> World:
         scenario.timetable,
         step_s,
         scenario.driving,
-        scenario.dwell_delays,
+        scenario.planned_delays or scenario.dwell_delays,
     )
 
 

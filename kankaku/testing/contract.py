@@ -8,13 +8,13 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from kankaku.controllers import registry
-from kankaku.controllers.choosing import PLUS, named
+from kankaku.controllers.choosing import by_layers
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.errors import KankakuError, sentence_of
+from kankaku.railway.errors import sentence_of
 from kankaku.railway.loop.simulate import simulate
 from kankaku.railway.meters.all_meters import all_meters
 from kankaku.railway.plan.run import Run
-from kankaku.railway.plan.scenario import UNSUPERVISED, ControllerSpec, Scenario
+from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller, Separation
 from kankaku.railway.step.records import RunRecord
@@ -389,25 +389,11 @@ def check_controller(name: str) -> list[Finding]:
     KankakuError
         If there is none of that name, or it is another package's and cannot be imported.
     """
-    spec = _spec_of(name)
+    spec = by_layers(name)
     world = world_of(LINES["one track"]())
     # Now, so that a name or option that is wrong is told as that.
     registry.build(spec, world)
     return check_candidate(lambda world: registry.build(spec, world))
-
-
-def _spec_of(name: str) -> ControllerSpec:
-    if PLUS in name:
-        return named((), name)
-    layers = {"protection": "moving_block", "operation": "close_up", "supervision": UNSUPERVISED}
-    registries = (registry.PROTECTIONS, registry.OPERATIONS, registry.SUPERVISIONS)
-    kinds = {known.kind: known for known in registries if name in known}
-    if not kinds:
-        everything = dict.fromkeys(layer for known in registries for layer in known)
-        told = registry.likely(name, everything)
-        raise KankakuError(name, "is no protection, operation or supervision", told)
-    layers[next(iter(kinds))] = name
-    return named((), PLUS.join(layers.values()))
 
 
 def failures(findings: Sequence[Finding]) -> list[str]:

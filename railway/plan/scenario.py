@@ -94,6 +94,8 @@ class Scenario:
     radio: RadioSpec = LOSSLESS
     disruptions: Disruptions = UNDISTURBED
     driving: DrivingStyle = FASTEST
+    planned_delays: DwellDelays | None = None
+    """What planners are told of dwell delays; None where they are told what is so."""
     warnings: tuple[str, ...] = ()
     """What is allowed but doubtful in its files, a sentence each."""
 
