@@ -7,7 +7,7 @@ WORKERS := -n auto --dist worksteal
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: rush-hour explained capacity radio availability sakai takaoka test deep check in-turn format lint types contracts bench seeds map yizhuang terminals interval driving steps limits reserve losses approach stress sensitivity variance fuzz kills mutants results docs clean
+.PHONY: rush-hour explained capacity radio availability sakai takaoka test deep check in-turn format lint types contracts bench benchmark seeds map yizhuang terminals interval driving steps limits reserve losses approach stress sensitivity variance fuzz kills mutants results docs clean
 
 # A target makes its results anew: after an edit of the program earlier runs are refused.
 rush-hour: $(READY)
@@ -77,6 +77,11 @@ contracts: $(READY)
 # Speed beside bare SUMO; writes out/bench.json.
 bench: $(READY)
 	$(BIN)/python -m tools.bench
+
+# All shipped controllers on the fixed suites, under one core-hour; goes on where it was ended.
+# Writes out/benchmark/ and the table of docs/benchmark.md. Computing time is what `bench` measures.
+benchmark: $(READY)
+	$(BIN)/python -m tools.benchmark_table
 
 # Forty mornings on two lines, for means and confidence intervals; goes on where it was ended.
 seeds: $(READY)

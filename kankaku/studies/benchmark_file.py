@@ -13,9 +13,7 @@ from kankaku.studies.benchmark_score import scores
 from kankaku.studies.benchmark_suites import (
     REFERENCE,
     STEP_S,
-    SUITES,
     VERSION,
-    WORLDS,
     BenchmarkPlan,
     BenchmarkTask,
     tasks_of,
@@ -183,6 +181,11 @@ def _malformed(told: object) -> list[str]:
         return mistakes
     if told["version"] != VERSION:
         return [f"version {told['version']} of the benchmark; allowed: {VERSION}"]
+    mistakes += [
+        f"plan.{key} is no list of {kind.__name__}"
+        for key, kind in (("suites", str), ("worlds", str), ("seeds", int))
+        if not _is_list_of(told["plan"].get(key), kind)
+    ]
     for number, run in enumerate(told["runs"]):
         if not isinstance(run, dict):
             mistakes.append(f"runs[{number}] is no run")
@@ -191,9 +194,13 @@ def _malformed(told: object) -> list[str]:
     mistakes += [
         f"contract.{name} is no list of texts"
         for name, problems in told["contract"].items()
-        if not isinstance(problems, list) or not all(isinstance(it, str) for it in problems)
+        if not _is_list_of(problems, str) and problems != []
     ]
     return mistakes
+
+
+def _is_list_of(value: object, kind: type) -> bool:
+    return isinstance(value, list) and bool(value) and all(type(part) is kind for part in value)
 
 
 def _wrong_types(told: Mapping[str, Any], wanted: Mapping[str, type], where: str) -> list[str]:
@@ -233,9 +240,13 @@ def _inconsistent(told: Mapping[str, Any]) -> list[str]:
     if told[SEAL] != seal_of(told):
         mistakes.append("was changed after it was written: its seal is of other contents")
     plan = plan_of(told)
-    unknown = [*({*plan.suites} - {*SUITES}), *({*plan.worlds} - {*WORLDS})]
+    known = BenchmarkPlan()
+    unknown = [
+        str(part) for parts, of in zip(plan, known, strict=True) for part in parts if part not in of
+    ]
     if unknown or told["plan"].get("step_s") != STEP_S:
-        return [*mistakes, f"plan: {', '.join(map(str, unknown)) or 'step_s'} is not of version 1"]
+        said = ", ".join(unknown) or "step_s"
+        return [*mistakes, f"plan: {said} is not of version {VERSION} of the benchmark"]
     if told["plan"].get("whole") != plan.is_whole:
         mistakes.append("plan: says that it is the whole benchmark, and is not, or the reverse")
     names = tuple(dict.fromkeys(run["controller"] for run in told["runs"]))
@@ -245,7 +256,10 @@ def _inconsistent(told: Mapping[str, Any]) -> list[str]:
         return [*mistakes, "runs: some of the plan are missing, or there twice"]
     unchecked = [name for name in names if name not in told["contract"]]
     mistakes += [f"contract: nothing is said of {name}" for name in unchecked]
-    found = scores(told["runs"], told["contract"])
+    try:
+        found = scores(told["runs"], told["contract"])
+    except (ArithmeticError, ValueError):
+        return [*mistakes, "runs: figures that no run can have"]
     again = json.loads(json.dumps({name: score.told() for name, score in found.items()}))
     mistakes += [
         f"scores: that of {name} is not what its runs give"

@@ -94,6 +94,17 @@ def made_whole(told: Told) -> None:
     told[SEAL] = seal_of(told)
 
 
+def other_seeds(told: Told) -> None:
+    told["plan"]["seeds"] = [9001, 7]
+    told["runs"] = [{**run, "seed": min(run["seed"], 9001)} for run in told["runs"]]
+    told[SEAL] = seal_of(told)
+
+
+def impossible(told: Told) -> None:
+    told["runs"][-1]["mean_arrival_lateness_s"] = -1000.0
+    told[SEAL] = seal_of(told)
+
+
 def forged(told: Told) -> None:
     """Change runs and make everything else fit, as whoever knows this program can."""
     for run in told["runs"]:
@@ -114,6 +125,8 @@ def forged(told: Told) -> None:
         (sealed_score, "that of moving_block+two_stage is not what its runs give"),
         (left_out, "some of the plan are missing"),
         (made_whole, "says that it is the whole benchmark"),
+        (other_seeds, "plan: 7 is not of version"),
+        (impossible, "figures that no run can have"),
         (forged, "energy_net_kwh is "),
     ],
 )
