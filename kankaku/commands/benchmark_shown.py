@@ -27,6 +27,8 @@ from kankaku.studies.outcomes import StudyError
 from kankaku.testing.contract import check_controller, failures
 
 WHAT = "The benchmark"
+NAME_WIDTH, SHORT = 20, 6
+"""Characters of names and of parts in the table of scores: it fits on 80 columns. [-]"""
 SHOWN = 3
 """Reasons that are shown of a controller without a score; the file has all."""
 
@@ -132,15 +134,15 @@ def show_scores(told: Mapping[str, Any]) -> None:
     told
         What it holds.
     """
-    table = Table()
-    table.add_column("controller", overflow="fold")
-    for header in ("score", "95 %", *WEIGHTS):
+    table = Table(box=None, pad_edge=False)
+    table.add_column("controller", overflow="fold", min_width=NAME_WIDTH)
+    for header in ("score", "95 %", *(part[:SHORT] for part in WEIGHTS)):
         table.add_column(header, no_wrap=True, justify="right")
     for name, score in told["scores"].items():
         if score["score"] is None:
             table.add_row(escape(name), "none", "", *[""] * len(WEIGHTS))
             continue
-        between = "" if score["low"] is None else f"{score['low']:.1f} to {score['high']:.1f}"
+        between = "" if score["low"] is None else f"{score['low']:.0f} to {score['high']:.0f}"
         parts = [score["parts"].get(part) for part in WEIGHTS]
         shown = ["" if part is None else f"{part:.1f}" for part in parts]
         table.add_row(escape(name), f"{score['score']:.1f}", between, *shown)

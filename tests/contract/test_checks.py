@@ -124,6 +124,8 @@ class Meddling(CloseUp):
 class Peeping(CloseUp):
     """Looks through its callers for how long trains are going to overstay."""
 
+    reasons: Any = ("peeps",)
+
     def advise(self, state: LineState, authority: Authority, memory: None) -> tuple[Advice, None]:
         advice, memory = super().advise(state, authority, memory)
         frame: Any = sys._getframe()  # noqa: SLF001 - that is the fault
@@ -132,8 +134,6 @@ class Peeping(CloseUp):
         longest_s = 0.0 if frame is None else float(np.max(frame.f_locals["delay_s"]))
         ceiling_mps = np.full(len(advice.ceiling_mps), 25.0 if longest_s < 100.0 else 10.0)
         return advice._replace(ceiling_mps=ceiling_mps, reason=np.zeros_like(advice.reason)), memory
-
-    reasons = ("peeps",)
 
 
 class Generous(CloseUp):
