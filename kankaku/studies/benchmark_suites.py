@@ -3,11 +3,13 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from kankaku.railway.plan.dwell import DwellDelays
+from kankaku.railway.plan.line import Block, Track
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.timetable import Timetable
 from kankaku.scenarios.loading.load import load
@@ -35,13 +37,15 @@ class Suite(NamedTuple):
     """Scenario whose dwell delays its trains meet; empty for its own."""
     window_s: tuple[float, float] | None = None
     """Trains that depart at their origin within it; None for all. [s]"""
+    block_m: float | None = None
+    """Length of blocks on a line that has none; the last one of a track is shorter. [m]"""
 
 
 SUITES: Mapping[str, Suite] = {
     "rush_hour": Suite("rush_hour"),
     "yizhuang": Suite("yizhuang"),
     "terminal": Suite("terminal", "rush_hour"),
-    "branch": Suite("branch", "rush_hour"),
+    "branch": Suite("branch", "rush_hour", block_m=200.0),
     "whole_line": Suite("whole_line", window_s=(27000.0, 28800.0)),
 }
 
@@ -171,7 +175,35 @@ def suite_scenario(name: str) -> Scenario:
         scenario = replace(scenario, dwell_delays=delays)
     if suite.window_s is not None:
         scenario = replace(scenario, timetable=within(scenario.timetable, *suite.window_s))
+    if suite.block_m is not None:
+        blocks = tuple(
+            block for track in scenario.line.tracks for block in blocks_on(track, suite.block_m)
+        )
+        scenario = replace(scenario, line=replace(scenario.line, blocks=blocks))
     return scenario
+
+
+def blocks_on(track: Track, block_m: float) -> list[Block]:
+    """
+    Return blocks of one length on a track.
+
+    Parameters
+    ----------
+    track
+        The track.
+    block_m
+        Their length; the last one is as long as what is left. [m]
+
+    Returns
+    -------
+    list[Block]
+        From its start to its end.
+    """
+    edges_m = [*np.arange(track.start_m, track.end_m - 1.0, block_m).tolist(), track.end_m]
+    return [
+        Block(f"{track.id}.{number}", track.id, start_m, end_m)
+        for number, (start_m, end_m) in enumerate(pairwise(edges_m), start=1)
+    ]
 
 
 def within(timetable: Timetable, first_s: float, last_s: float) -> Timetable:

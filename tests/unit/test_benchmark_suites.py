@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from kankaku.controllers.choosing import by_layers
+from kankaku.controllers.registry import build
 from kankaku.railway.plan.dwell import DwellDelays
 from kankaku.studies.benchmark_suites import (
     SEEDS,
@@ -51,6 +53,13 @@ def test_planners_are_told_what_is_so_but_in_one_world() -> None:
 def test_trains_of_every_suite_overstay(suite: str) -> None:
     scenario = suite_scenario(suite)
     assert scenario.dwell_delays.draw(scenario.timetable, SEEDS[0]).sum() > 0.0
+
+
+@pytest.mark.parametrize("suite", SUITES)
+def test_fixed_blocks_have_what_they_need_in_every_suite(suite: str) -> None:
+    scenario = suite_scenario(suite)
+    for name in ("multi_step_atc", "atd", "digital_atc"):
+        build(by_layers(name), world_of(scenario, 0.5), scenario.radio)
 
 
 def test_the_whole_line_is_cut_to_a_window_and_no_stock_leads_out_of_it() -> None:
