@@ -33,7 +33,7 @@ class Bundling:
     tracker, recorder
         Who is told of steps.
     until_s
-        The run is over then. [s]
+        The run is over then, or pauses. [s]
     """
 
     def __init__(
@@ -51,7 +51,9 @@ class Bundling:
             controller.operation,
             controller.drive,
         )
-        self._tracker, self._recorder, self._until_s = tracker, recorder, until_s
+        self._tracker, self._recorder = tracker, recorder
+        self.until_s = until_s
+        """No step that begins then or later is taken. [s]"""
         self.possible = offered(engine, "span", "observe", "apply", "advance", "hold") and all(
             offered(layer, "steps", method)
             for layer, method in zip(self._layers, ("authorise", "advise", "command"), strict=True)
@@ -89,7 +91,7 @@ class Bundling:
         tuple[int, tuple[Any, Any]]
             How many steps were taken, perhaps none, and what the layers remember then.
         """
-        quiet_s = self._until_s if supervising is None else supervising.quiet_until_s
+        quiet_s = self.until_s if supervising is None else supervising.quiet_until_s
         if seen.time_s >= quiet_s:
             return 0, memories
         span = self._engine.span()
@@ -98,7 +100,7 @@ class Bundling:
         if self._prepared is None:
             self._prepared = self._prepare(state, memories)
         (guarding, _), (operating, _), _ = self._prepared
-        until_s = min(self._until_s, quiet_s, guarding.until_s, operating.until_s)
+        until_s = min(self.until_s, quiet_s, guarding.until_s, operating.until_s)
         radio = self._tracker.radio
         if guarding.by_radio != (radio is not None):
             return 0, memories

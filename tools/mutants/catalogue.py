@@ -213,12 +213,12 @@ MUTANTS: tuple[Mutant, ...] = (
         "authority 2 s old",
         "moving",
         (
-            "railway/loop/simulate.py",
+            "railway/loop/stepped_run.py",
             "        self._first = True",
             "        self._first, self._given = True, []",
         ),
         (
-            "railway/loop/simulate.py",
+            "railway/loop/stepped_run.py",
             "authority, self._permitted = protection.authorise(state, self._permitted)",
             (
                 "authority, self._permitted = protection.authorise(state, self._permitted)\n"
@@ -227,7 +227,7 @@ MUTANTS: tuple[Mutant, ...] = (
             ),
         ),
         (
-            "railway/loop/simulate.py",
+            "railway/loop/stepped_run.py",
             "REPORT_EVERY_STEPS = 1000",
             "REPORT_EVERY_STEPS, OLD_STEPS = 1000, 20",
         ),
