@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from kankaku.face import register_protection as register_protection
     from kankaku.face import register_supervision as register_supervision
     from kankaku.face import run_once as run_once
+    from kankaku.live.line_advice import LineAdvice as LineAdvice
+    from kankaku.live.line_view import LineView as LineView
+    from kankaku.live.simulation import Simulation as Simulation
     from kankaku.railway.errors import KankakuError as KankakuError
     from kankaku.railway.motion.eco_run import eco_run as eco_run
     from kankaku.railway.motion.run_curve import RunCurve as RunCurve
@@ -42,11 +45,14 @@ __all__ = [
     "Explanation",
     "KankakuError",
     "Layer",
+    "LineAdvice",
+    "LineView",
     "Medium",
     "Results",
     "RunCurve",
     "RunTables",
     "Scenario",
+    "Simulation",
     "Study",
     "StudyResult",
     "__version__",
@@ -71,11 +77,14 @@ _HOMES = {
     "Explanation": "kankaku.analysis.explaining",
     "KankakuError": "kankaku.railway.errors",
     "Layer": "kankaku.controllers.layers",
+    "LineAdvice": "kankaku.live.line_advice",
+    "LineView": "kankaku.live.line_view",
     "Medium": "kankaku.controllers.layers",
     "Results": "kankaku.analysis.results",
     "RunCurve": "kankaku.railway.motion.run_curve",
     "RunTables": "kankaku.analysis.tables.run_tables",
     "Scenario": "kankaku.railway.plan.scenario",
+    "Simulation": "kankaku.live.simulation",
     "Study": "kankaku.studies.outcomes",
     "StudyResult": "kankaku.studies.outcomes",
     "across": "kankaku.face",

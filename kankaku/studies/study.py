@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from kankaku.analysis.publish.study_publishing import STUDY_RESULTS
 from kankaku.analysis.results import refuse_foreign
@@ -20,16 +20,11 @@ from kankaku.analysis.tables.run_tables import run_tables
 from kankaku.asking import MOST_JOBS, MOST_SEEDS, SEED_MAX, STEP_RANGE_S
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import named, with_settings
-from kankaku.railway.arrays import FloatArray
-from kankaku.railway.failures.unit_failures import UnitFailure, failing
+from kankaku.railway.failures.unit_failures import UnitFailure
 from kankaku.railway.loop.simulate import simulate
 from kankaku.railway.meters.all_meters import all_meters
-from kankaku.railway.motion.feasibility import assess
-from kankaku.railway.places import CACHE, chosen_cache, refuse_unwritable, temporary_folder
-from kankaku.railway.plan.run import Run
+from kankaku.railway.places import CACHE, chosen_cache, refuse_unwritable
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
-from kankaku.railway.plan.world import World, build_world
-from kankaku.railway.step.control import Controller, Foresight
 from kankaku.railway.step.engine_ways import EVERY_STEP
 from kankaku.railway.step.records import RunRecord
 from kankaku.scenarios.loading.load import load
@@ -37,7 +32,7 @@ from kankaku.scenarios.shipped import folder_of
 from kankaku.store import run_store
 from kankaku.store.holding import held
 from kankaku.store.run_store import Task
-from kankaku.studies.movers import mover_of
+from kankaku.studies.opening import Opening, foresight_of, world_of
 from kankaku.studies.outcomes import (
     Failed,
     Go,
@@ -68,49 +63,6 @@ __all__ = [
     "run_study",
     "world_of",
 ]
-
-
-def world_of(scenario: Scenario, step_s: float) -> World:
-    """
-    Return what the controllers of a scenario know.
-
-    Parameters
-    ----------
-    scenario
-        The scenario.
-    step_s
-        Length of a step. [s]
-
-    Returns
-    -------
-    World
-        Its arrays.
-    """
-    return build_world(
-        scenario.line,
-        scenario.train_types,
-        scenario.timetable,
-        step_s,
-        scenario.driving,
-        scenario.planned_delays or scenario.dwell_delays,
-    )
-
-
-def foresight_of(controller: Controller) -> Foresight:
-    """
-    Return what a controller's protection says beforehand.
-
-    Parameters
-    ----------
-    controller
-        Built, so that its operation plans with the same foresight.
-
-    Returns
-    -------
-    Foresight
-        Its protection.
-    """
-    return cast("Foresight", controller.protection)
 
 
 def run_once(  # noqa: PLR0913 - one argument per part of a run
@@ -162,48 +114,23 @@ def run_once(  # noqa: PLR0913 - one argument per part of a run
         If a train cannot start, climb, hold or stop wherever its service takes it, or there is no
         such engine.
     """
-    weak = assess(scenario.line, scenario.train_types, scenario.timetable).shortfalls
-    if weak:
-        raise StudyError("; ".join(f"{item.leg.train_type}: {item}" for item in weak))
-    world = world_of(scenario, step_s).driven_as(spec.driving)
-    delays_s = scenario.dwell_delays.draw(scenario.timetable, seed)
-    bare = registry.build(spec, world, scenario.radio, delays_s)
-    controller = _wrapped(bare, wrap)
-    mover, record = mover_of(scenario, spec, engine, gui=gui), None
+    opening = Opening(scenario, spec, step_s, engine=engine, gui=gui)
+    record = None
     try:
-        with tempfile.TemporaryDirectory(prefix="kankaku-", dir=temporary_folder()) as folder:
-            files = mover.write(scenario, world, delays_s, Path(folder))
-            with mover.engine(files, world, gui=gui) as sumo:
-                run, units = _run_of(scenario, world, delays_s, seed), None
-                if unit_failures is not None:
-                    run, units = failing(run, unit_failures)
-                record = simulate(
-                    run,
-                    wrap("engine", sumo),
-                    controller,
-                    all_meters(world),
-                    units=units,
-                    progress=progress,
-                )
+        with opening.opened(seed, wrap=wrap, unit_failures=unit_failures) as opened:
+            record = simulate(
+                opened.run,
+                opened.engine,
+                opened.controller,
+                all_meters(opening.world),
+                units=opened.units,
+                progress=progress,
+            )
     except Exception:
         # After a collision an engine may even fail to end.
         if record is None or not record.failure:
             raise
-    return record if spec.peer else replace(record, foresight=foresight_of(bare))
-
-
-def _wrapped(bare: Controller, wrap: Callable[[str, Any], Any]) -> Controller:
-    return replace(
-        bare,
-        protection=wrap("protection", bare.protection),
-        operation=wrap("operation", bare.operation),
-        drive=wrap("drive", bare.drive),
-        supervision=bare.supervision and wrap("supervision", bare.supervision),
-    )
-
-
-def _run_of(scenario: Scenario, world: World, delays_s: FloatArray, seed: int) -> Run:
-    return Run(world, delays_s, seed, scenario.patience_s, scenario.disruptions, scenario.radio)
+    return record if spec.peer else replace(record, foresight=foresight_of(opened.bare))
 
 
 def run_study(

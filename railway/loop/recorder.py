@@ -1,6 +1,7 @@
 """Records every step cheaply, and hands whole blocks of steps to those who examine them."""
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
@@ -14,6 +15,24 @@ from kankaku.railway.step.state import NO_REASON, NO_VERSION, Advice, Authority,
 from kankaku.railway.step.step_block import BLOCK_STEPS, Examiner, StepBlock
 
 DWELLING = int(Reason.DWELLING)
+
+
+class Listener(Protocol):
+    """Whoever wants to hear of steps before a block of them is full."""
+
+    def hear(self, block: StepBlock, reasons: Sequence[IntArray]) -> None:
+        """
+        Hear of the steps since the last time.
+
+        Parameters
+        ----------
+        block
+            The steps; its first row is the last one of the block before.
+        reasons
+            Why trains were as fast as they were, a sample a second, as from
+            :meth:`~kankaku.railway.step.reasons.Reasons.of`. shape (3, n_trains) each
+        """
+        ...
 
 
 class Recorder:
@@ -47,6 +66,30 @@ class Recorder:
         self._reasoned: list[IntArray] = []
         self._samples: list[tuple[FloatArray | IntArray, ...]] = []
         self.train_steps = 0
+        self._listeners: list[Listener] = []
+        self._heard_to = self._reasons_to = 0
+
+    def let_hear(self, listener: "Listener") -> None:
+        """
+        Let somebody hear of all steps from now on, whenever :meth:`tell` is called.
+
+        Parameters
+        ----------
+        listener
+            It changes nothing of what is examined.
+        """
+        self._heard_to, self._reasons_to = max(self._written - 1, 0), len(self._reasoned)
+        self._listeners.append(listener)
+
+    def tell(self) -> None:
+        """Tell the listeners of the steps since they were told last."""
+        if not self._listeners or self._written - self._heard_to < 2:
+            return
+        self._fill()
+        block, reasons = self._rows(slice(self._heard_to, self._written)), self._reasoned
+        for listener in self._listeners:
+            listener.hear(block, reasons[self._reasons_to :])
+        self._heard_to, self._reasons_to = self._written - 1, len(reasons)
 
     def write(
         self, state: LineState, authority: Authority, advice: Advice, command: Command
@@ -193,6 +236,7 @@ class Recorder:
     def flush(self) -> None:
         """Hand the steps so far to the examiners."""
         self._fill()
+        self.tell()
         if self._sampled:
             self._samples.append(self._sample())
         block = self._block()
@@ -245,26 +289,7 @@ class Recorder:
 
     def _block(self) -> StepBlock:
         """Return what was written, and begin the next block with the last of it."""
-        steps = slice(self._written)
-        rows = np.flatnonzero(self._present[steps].any(axis=0))
-        present, running = self._present[steps, rows], self._running[steps, rows]
-        stays = present[:-1] & present[1:]
-        moving = stays & running[:-1]
-        block = StepBlock(
-            rows,
-            self._time_s[steps].copy(),
-            self._front_m[steps, rows],
-            self._speed_mps[steps, rows],
-            self._eoa_m[steps, rows],
-            self._delay_s[steps, rows],
-            self._next_call[steps, rows],
-            self._surprised[steps, rows],
-            stays,
-            moving,
-            moving & ~running[1:],
-            self._heard_s[steps, rows],
-            self._emergency[steps, rows],
-        )
+        block = self._rows(slice(self._written))
         for written in (
             self._time_s,
             self._front_m,
@@ -280,4 +305,27 @@ class Recorder:
         ):
             written[0] = written[self._written - 1]
         self._written = self._filled = 1
+        self._heard_to = self._reasons_to = 0
         return block
+
+    def _rows(self, steps: slice) -> StepBlock:
+        """Return some of what was written."""
+        rows = np.flatnonzero(self._present[steps].any(axis=0))
+        present, running = self._present[steps, rows], self._running[steps, rows]
+        stays = present[:-1] & present[1:]
+        moving = stays & running[:-1]
+        return StepBlock(
+            rows,
+            self._time_s[steps].copy(),
+            self._front_m[steps, rows],
+            self._speed_mps[steps, rows],
+            self._eoa_m[steps, rows],
+            self._delay_s[steps, rows],
+            self._next_call[steps, rows],
+            self._surprised[steps, rows],
+            stays,
+            moving,
+            moving & ~running[1:],
+            self._heard_s[steps, rows],
+            self._emergency[steps, rows],
+        )

@@ -2,15 +2,13 @@
 
 from collections.abc import Callable, Sequence
 
-from kankaku.railway.errors import sentence_of
 from kankaku.railway.failures.unit_failures import Units
 from kankaku.railway.loop.garbage import seldom_collected
 from kankaku.railway.loop.stepped_run import SteppedRun
-from kankaku.railway.loop.unfinished import unfinished
 from kankaku.railway.plan.run import Run
 from kankaku.railway.step.control import Controller
 from kankaku.railway.step.engine_contract import Engine
-from kankaku.railway.step.records import RunRecord, Unfinished
+from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.step_block import Meter
 
 
@@ -54,19 +52,9 @@ def simulate(
         What the engine or a controller raises while no safety invariant was violated.
     """
     loop = SteppedRun(run, engine, controller, meters, units)
-    failure, left = "", tuple[Unfinished, ...]()
     try:
         with seldom_collected():
-            ending = loop.go(progress=progress)
-    except Exception as error:
-        loop.recorder.flush()
-        # An engine may do anything with trains that have met; that they met must be told.
-        if not loop.monitor.violations():
-            raise
-        failure = f"ended at {loop.now_s:.1f} s: {sentence_of(error)}"
-    else:
-        loop.recorder.flush()
-        left = unfinished(run.world, ending) if ending else ()
+            loop.go(progress=progress)
     finally:
         progress(loop.now_s)
-    return loop.record(failure, left)
+    return loop.record()

@@ -6,13 +6,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
+from kankaku.railway.errors import sentence_of
 from kankaku.railway.failures.unit_failures import Units
 from kankaku.railway.loop.agreements import FirstStep
 from kankaku.railway.loop.bundling import Bundling, nothing_happened
 from kankaku.railway.loop.recorder import Recorder
 from kankaku.railway.loop.supervising import Supervising
 from kankaku.railway.loop.tracker import Tracker
-from kankaku.railway.loop.unfinished import Ending
+from kankaku.railway.loop.unfinished import Ending, unfinished
 from kankaku.railway.plan.run import Run
 from kankaku.railway.radio.data_link import Radio
 from kankaku.railway.safety.monitor import Monitor
@@ -80,19 +81,18 @@ class SteppedRun:
         last_booked_s = float(np.max(booked_s, initial=0.0, where=np.isfinite(booked_s)))
         self._over_s = last_booked_s + run.patience_s
         self._bundling = Bundling(engine, controller, tracker, self.recorder, self._over_s)
-        self._steps, self._told, self._state = 0, 0, None
+        self._steps = self._told = 0
+        self.state: LineState | None = None
+        """As it was at the last step that was made in Python."""
         self.moment: Moment | None = None
         """The moment at which the run pauses; None between two steps."""
+        self.last: Moment | None = None
+        """The last moment that was decided in Python."""
         self.command: Command | None = None
-        """What the drive made of the last moment that was decided in Python."""
-        self.ending: Ending | None = None
-        """The last moment; None as long as the run goes on."""
+        """What the drive made of the moment from which the run went on last."""
+        self.over = False
+        self._failure, self._left = "", tuple[Unfinished, ...]()
         self.now_s = float("nan")
-
-    @property
-    def arrival_s(self) -> FloatArray:
-        """Actual arrivals so far. [s], shape (n_trains, n_calls_max)"""
-        return self._tracker.arrival_s
 
     @property
     def departure_s(self) -> FloatArray:
@@ -101,7 +101,7 @@ class SteppedRun:
 
     def go(
         self, pause_s: float = np.inf, progress: Callable[[float], None] = lambda _: None
-    ) -> Ending | None:
+    ) -> bool:
         """
         Run until all trains have left, patience is over, or a time has come.
 
@@ -117,12 +117,45 @@ class SteppedRun:
 
         Returns
         -------
-        Ending | None
-            The last moment; None where the run only pauses.
+        bool
+            The run is over; else it only pauses.
+
+        Raises
+        ------
+        Exception
+            What the engine or a controller raises while no safety invariant was violated.
         """
+        try:
+            ending = self._go(pause_s, progress)
+        except Exception as error:
+            self.recorder.flush()
+            # An engine may do anything with trains that have met; that they met must be told.
+            if not self.monitor.violations():
+                raise
+            self._failure, self.over = f"ended at {self.now_s:.1f} s: {sentence_of(error)}", True
+        else:
+            if ending:
+                self.recorder.flush()
+                self._left, self.over = unfinished(self._run.world, ending), True
+        return self.over
+
+    def end(self, why: str) -> None:
+        """
+        End the run where it pauses, before its end.
+
+        Parameters
+        ----------
+        why
+            The record says so as its failure.
+        """
+        if not self.over:
+            self.recorder.flush()
+            self._failure, self.over, self.moment = why, True, None
+
+    def _go(self, pause_s: float, progress: Callable[[float], None]) -> Ending | None:
         bundling, engine, tracker = self._bundling, self._engine, self._tracker
         bundling.until_s = min(self._over_s, pause_s)
-        moment, self.moment = self.moment, None
+        moment, self.moment, self.command = self.moment, None, None
         while True:
             if moment is None:
                 seen = engine.observe()
@@ -132,27 +165,27 @@ class SteppedRun:
                 if taken:
                     self._count(taken, progress)
                     continue
-                state = self._state = tracker.update(seen)
-                moment = Moment(state, self._layers.permit(state, self._wayside))
+                self.state = tracker.update(seen)
+                moment = Moment(self.state, self._layers.permit(self.state, self._wayside))
                 # Nobody is left to whom anything could be said when all have finished.
                 if self.now_s >= pause_s and not tracker.finished:
                     self.moment = moment
                     return None
-            self.command = self._decide(moment)
+            self.last, command = moment, self._decide(moment)
+            self.command = self.command or command
             if tracker.finished or self.now_s > self._over_s:
-                self.ending = Ending(*moment, tracker.completed, self._run.disruptions)
-                return self.ending
+                return Ending(*moment, tracker.completed, self._run.disruptions)
             bundling.asked_in_python()
-            engine.apply(self.command.speed_mps)
+            engine.apply(command.speed_mps)
             engine.advance()
             self._count(1, progress)
             moment = None
 
     def _bundle(self, seen: Observation) -> int:
         """Return how many steps could be taken in one go."""
-        if not self._bundling.possible or self._state is None or not nothing_happened(seen):
+        if not self._bundling.possible or self.state is None or not nothing_happened(seen):
             return 0
-        return self._layers.take_bundle(self._bundling, seen, self._state)
+        return self._layers.take_bundle(self._bundling, seen, self.state)
 
     def _decide(self, moment: Moment) -> Command:
         state, authority = moment
@@ -166,21 +199,15 @@ class SteppedRun:
             self._told = self._steps // REPORT_EVERY_STEPS
             progress(self.now_s)
 
-    def record(self, failure: str, left: tuple[Unfinished, ...]) -> RunRecord:
+    def record(self) -> RunRecord:
         """
-        Return everything that happened.
-
-        Parameters
-        ----------
-        failure
-            Why the run ended before its end; empty if it did not.
-        left
-            Trains that had not finished, and what held each of them.
+        Return everything that happened in a run that is over.
 
         Returns
         -------
         RunRecord
-            After :meth:`~kankaku.railway.loop.recorder.Recorder.flush`.
+            Safety violations included. If the engine or a controller failed after a violation, or
+            somebody ended the run, the record ends there and says so.
         """
         run, tracker = self._run, self._tracker
         measured: dict[str, Any] = {}
@@ -199,8 +226,8 @@ class SteppedRun:
             obstructions=self._wayside.obstructions(),
             completed=tracker.completed,
             train_steps=self.recorder.train_steps,
-            failure=failure,
-            unfinished=left,
+            failure=self._failure,
+            unfinished=self._left,
             end_s=self.now_s,
             held=self._layers.held(tracker.arrival_s, self.now_s),
             **measured,
