@@ -5,6 +5,7 @@ What is named here is the public face and stays; everything below may change. No
 before it is asked for, so that importing the package takes no time.
 """
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from kankaku.face import register_protection as register_protection
     from kankaku.face import register_supervision as register_supervision
     from kankaku.face import run_once as run_once
+    from kankaku.live.environments import parallel_env as parallel_env
+    from kankaku.live.environments import register_environments as register_environments
     from kankaku.live.line_advice import LineAdvice as LineAdvice
     from kankaku.live.line_view import LineView as LineView
     from kankaku.live.simulation import Simulation as Simulation
@@ -62,7 +65,9 @@ __all__ = [
     "explain",
     "fastest_run",
     "load",
+    "parallel_env",
     "read_results",
+    "register_environments",
     "register_operation",
     "register_protection",
     "register_supervision",
@@ -93,7 +98,9 @@ _HOMES = {
     "explain": "kankaku.analysis.explaining",
     "fastest_run": "kankaku.railway.motion.run_curve",
     "load": "kankaku.face",
+    "parallel_env": "kankaku.live.environments",
     "read_results": "kankaku.analysis.results",
+    "register_environments": "kankaku.live.environments",
     "register_operation": "kankaku.face",
     "register_protection": "kankaku.face",
     "register_supervision": "kankaku.face",
@@ -103,6 +110,12 @@ _HOMES = {
     "timed_run": "kankaku.railway.motion.timed_run",
 }
 """Where each name is at home."""
+
+if "gymnasium" in sys.modules:
+    # Whoever has it wants to make environments; else its import would take everybody's time.
+    from kankaku.live.environments import register_environments
+
+    register_environments()
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 - whatever has that name

@@ -22,7 +22,10 @@ PROTECTING = (
     Reason.EMERGENCY,
 )
 """Where one of these is why a train is as fast as it is, protection made it slower."""
-SHIELDING = (Bound.CEILING, Bound.LIMIT, Bound.EMERGENCY)
+SHIELDED = np.isin(np.arange(len(Reason)), PROTECTING)
+"""The same by number of the reason."""
+CUTTING = np.isin(np.arange(len(Bound)), (Bound.CEILING, Bound.LIMIT, Bound.EMERGENCY))
+"""Whether a bound is protection's, by its number."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,11 +76,18 @@ class Tally:
         self._reason: IntArray = nothing_found(1, world.size)[0, 0]
         self._known = self._measured()
 
-    def hear(self, block: StepBlock, reasons: Sequence[IntArray]) -> None:
+    @property
+    def wants_blocks(self) -> bool:
+        """Reasons alone are not enough."""
+        return self._watch is not None or self._meter is not None
+
+    def hear(self, block: StepBlock | None, reasons: Sequence[IntArray]) -> None:
         """Hear of the steps since the last time."""
         for found in reasons:
-            self._shield_s += self._sample_s * np.isin(found[0], PROTECTING)
+            self._shield_s += self._sample_s * SHIELDED[found[0]]
             self._reason = found[0]
+        if block is None:
+            return
         if self._watch:
             self._watch.add(block)
         if self._meter:
@@ -110,8 +120,8 @@ class Tally:
         cut_mps = np.zeros(self._world.size)
         if first is not None:
             wanted = np.minimum(asked.asked_mps, self._world.of_type("maximum_speed_mps"))
-            cut = state.running & np.isin(first.bound, SHIELDING) & (asked.asked_mps < np.inf)
-            cut_mps = np.where(cut, np.maximum(wanted - first.speed_mps, 0.0), 0.0)
+            cut = state.running & CUTTING[first.bound] & (asked.asked_mps < np.inf)
+            cut_mps[cut] = np.maximum(wanted - first.speed_mps, 0.0)[cut]
         grown = [now - then for now, then in zip(self._known, before, strict=True)]
         return IntervalReport(
             *span_s, cut_mps, shield_s, self._reason, grown[0].astype(np.intp), grown[1], grown[2]
@@ -119,12 +129,14 @@ class Tally:
 
     def _measured(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return standstills, how long they lasted, and net energy, so far."""
-        stops, stood_s, energy_j = np.zeros(0), np.zeros(0), np.zeros(0)
+        none: FloatArray = np.zeros(0)
+        stops, stood_s, energy_j = none, none, none
         size = self._world.size
         if self._watch:
             found = self._watch.standstills()
-            stops = np.bincount(found.row, minlength=size).astype(np.float64)
-            stood_s = np.bincount(found.row, weights=found.duration_s, minlength=size)
+            stops, stood_s = np.zeros(size), np.zeros(size)
+            np.add.at(stops, found.row, 1.0)
+            np.add.at(stood_s, found.row, found.duration_s)
         if self._meter:
             account = self._meter.account()
             energy_j = account.consumed_j - account.recovered_j

@@ -20,14 +20,19 @@ DWELLING = int(Reason.DWELLING)
 class Listener(Protocol):
     """Whoever wants to hear of steps before a block of them is full."""
 
-    def hear(self, block: StepBlock, reasons: Sequence[IntArray]) -> None:
+    @property
+    def wants_blocks(self) -> bool:
+        """It wants to hear of more than reasons."""
+        ...
+
+    def hear(self, block: StepBlock | None, reasons: Sequence[IntArray]) -> None:
         """
         Hear of the steps since the last time.
 
         Parameters
         ----------
         block
-            The steps; its first row is the last one of the block before.
+            The steps; its first row is the last one of the block before. None if nobody wants them.
         reasons
             Why trains were as fast as they were, a sample a second, as from
             :meth:`~kankaku.railway.step.reasons.Reasons.of`. shape (3, n_trains) each
@@ -85,8 +90,10 @@ class Recorder:
         """Tell the listeners of the steps since they were told last."""
         if not self._listeners or self._written - self._heard_to < 2:
             return
-        self._fill()
-        block, reasons = self._rows(slice(self._heard_to, self._written)), self._reasoned
+        block, reasons = None, self._reasoned
+        if any(listener.wants_blocks for listener in self._listeners):
+            self._fill()
+            block = self._rows(slice(self._heard_to, self._written))
         for listener in self._listeners:
             listener.hear(block, reasons[self._reasons_to :])
         self._heard_to, self._reasons_to = self._written - 1, len(reasons)
