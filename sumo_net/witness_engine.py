@@ -145,7 +145,7 @@ class WitnessEngine(PlainEngine):
         Returns
         -------
         Span | None
-            None while a train waits to enter, and in a window, which shows every step.
+            None where a train may enter now, and in a window, which shows every step.
         """
         return None if self._gui else super().span()
 

@@ -114,6 +114,10 @@ class PlainEngine:
         """When each stop ends, if it is extended, too."""
         self._next_release_s = np.inf
         self._call = [0] * world.size
+        # Twice the highest speed of all: no tail is sooner where it lets another train enter.
+        self._fastest_mps = 2.0 * max(kind.maximum_speed_mps for kind in world.train_types)
+        self._shut_s = np.full(world.size, -np.inf)
+        """Before this no train can enter for which another one stands in the way. [s]"""
         self._present: set[int] = set()
         self._gone: set[int] = set()
 
@@ -148,6 +152,8 @@ class PlainEngine:
         for row in entered:
             self._present.add(row)
             self._running.add(row)
+        if over:
+            self._shut_s.fill(-np.inf)
         if left or entered or released:
             self._regroup()
         stopped = self._at_stop()
@@ -194,7 +200,8 @@ class PlainEngine:
         now_s, stop_s = self._now_s, self._next_release_s
         if self._waiting:
             booked_s = self._world.booked_arrival_s[:, 0]
-            stop_s = min(stop_s, float(booked_s[self._waiting].min()))
+            free_s = np.maximum(booked_s[self._waiting], self._shut_s[self._waiting])
+            stop_s = min(stop_s, float(free_s.min()))
         if now_s >= stop_s - ROUNDING_S:
             return None
         steps = np.arange(self._steps, self._steps + MOST_STEPS, dtype=np.float64)
@@ -252,6 +259,8 @@ class PlainEngine:
         return bool(last and self._world.leaves_at_stop[row])
 
     def _take_off(self, rows: tuple[int, ...]) -> None:
+        if rows:
+            self._shut_s.fill(-np.inf)
         for row in rows:
             self._front_m[row] = self._world.line.end_m
             self._speed_mps[row] = 0.0
@@ -272,17 +281,44 @@ class PlainEngine:
         for row in self._waiting:
             if now_s < arrival_s[row, 0] - ROUNDING_S:
                 break
-            if self._may_enter(row):
+            if now_s < self._shut_s[row]:
+                continue
+            apart_m = self._in_the_way_m(row)
+            self._shut_s[row] = now_s + apart_m / self._fastest_mps
+            if apart_m < 0.0:
                 entered.append(row)
                 self._present.add(row)
+                self._shut_s.fill(-np.inf)
         for row in entered:
             self._waiting.remove(row)
         return tuple(sorted(entered))
 
-    def _may_enter(self, row: int) -> bool:
+    def _in_the_way_m(self, row: int) -> float:
+        """
+        Return how far another train has to go at least until one may enter.
+
+        Negative if it may now, infinite if the other one has to enter first. [m]
+        """
         if self._world.line.network:
-            return all(self._has_passed(row, *one) for one in self._world.enters_after[row])
-        return not any(self._overlaps(row, other) for other in self._present)
+            for one in self._world.enters_after[row]:
+                if not self._has_passed(row, *one):
+                    return self._to_pass_m(row, *one)
+            return -1.0
+        for other in self._present:
+            if self._overlaps(row, other):
+                tail_m = self._front_m[other] - self._world.length_m[other]
+                ends_m = self._world.line.track_by_id[self._track(other)].end_m
+                return max(float(min(self._front_m[row], ends_m) - tail_m), 0.0)
+        return -1.0
+
+    def _to_pass_m(self, row: int, other: int, passage: int) -> float:
+        """Return how far a train has to go at least that has not passed another one's origin."""
+        if other not in self._present:
+            return np.inf
+        tail_m, way = self._front_m[other] - self._world.length_m[other], self._world.passages
+        same_way = way[other][passage].track == way[row][0].track
+        origin_m = self._world.stop_m[row, 0] if same_way else np.inf
+        return max(float(min(way[other][passage].clear_m, origin_m) - tail_m), 0.0)
 
     def _has_passed(self, row: int, other: int, passage: int) -> bool:
         """Return whether a train that goes before another one has left the other's origin."""
