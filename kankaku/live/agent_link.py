@@ -18,7 +18,7 @@ from kankaku.live.agent_spaces import (
 from kankaku.live.line_view import LineView
 from kankaku.live.simulation import DEFAULT_INTERVAL_S, Simulation
 from kankaku.railway.arrays import FloatArray
-from kankaku.railway.plan.scenario import Scenario
+from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.studies.opening import NO_SUMO
 
 DEFAULT_ACTIONS = ("ceiling", "hold")
@@ -41,7 +41,7 @@ class AgentLink:
     def __init__(
         self,
         scenario: str | Path | Scenario,
-        controller: str = "moving_block+close_up",
+        controller: str | ControllerSpec = "moving_block+close_up",
         *,
         interval_s: float = DEFAULT_INTERVAL_S,
         step_s: float | None = None,

@@ -15,6 +15,8 @@ Asked: TypeAlias = FloatArray | Mapping[str, float] | float | None
 """One for each train, for some trains by name, one for all of them, or nothing."""
 GENTLE_MPS2 = 0.3
 """A train that is faster than its target speed brakes so hard for it, and no harder. [m/s2]"""
+MOST_PLACES = 100_000
+"""No line has more places beside its track. [-]"""
 OUTSIDE = "outside"
 """The word for why trains are slower, if whoever asks for it has no other one."""
 
@@ -48,7 +50,7 @@ class LineAdvice:
     reason: IntArray | None = None
     """Which of the words given to the simulation lowers a train; the first one if None."""
     cause: IntArray | None = None
-    """For which train, by its row, or ``NOTHING``; nothing if None."""
+    """For which train, by its row, place beside the track, or ``NOTHING``; nothing if None."""
 
 
 class Outside(NamedTuple):
@@ -120,7 +122,8 @@ def taken(advice: object, world: World, words: int) -> Outside:
         where = f"hold_until_s: {world.timetable.trains[int(np.argmax(endless))]}"
         raise AdviceError(where, "has no end", "seconds after midnight, or minus infinity")
     reason = _numbers("reason", advice.reason, (0, words - 1), nothing.reason)
-    cause = _numbers("cause", advice.cause, (NOTHING, world.size - 1), nothing.cause)
+    # Who names a place that is not there is told so by the recorder.
+    cause = _numbers("cause", advice.cause, (-MOST_PLACES, world.size - 1), nothing.cause)
     return Outside(
         _speeds("ceiling_mps", advice.ceiling_mps, world),
         _speeds("target_mps", advice.target_mps, world),

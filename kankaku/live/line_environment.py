@@ -26,6 +26,9 @@ class LineEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     metadata = {"render_modes": []}  # noqa: RUF012 - as the class above has it
 
+    observation_space: Box
+    action_space: Box
+
     def __init__(self, scenario: Any = "rush_hour", **choices: Any) -> None:  # noqa: ANN401 - as the link takes them
         self._link = AgentLink(scenario, **choices)
         self.observation_space = Box(self._link.least, self._link.most, dtype=np.float32)

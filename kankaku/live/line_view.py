@@ -50,6 +50,8 @@ class LineView:
     speed_mps: FloatArray
     eoa_m: FloatArray
     """End of authority: the front must be able to stop before this. [m]"""
+    eoa_by: IntArray
+    """What ends the way: row of the train ahead, a place beside the track (below -1), or -1."""
     permitted_mps: FloatArray
     """Speed that protection permits at the end of the step, whatever is asked for. [m/s]"""
     delay_s: FloatArray
@@ -154,6 +156,7 @@ def line_view(
         state.front_m.copy(),
         state.speed_mps.copy(),
         authority.eoa_m.copy(),
+        authority.eoa_by.copy(),
         authority.ceiling_mps.copy(),
         _delays_s(world, state, departed_late_s),
         state.leader.copy(),

@@ -197,6 +197,8 @@ class OutsideSupervision:
             seen = state._replace(orders=orders)
             orders, inner = self._supervision.supervise(seen, authority, inner)
         until_s = np.maximum(orders.hold_open_until_s, self._hold_until_s)
-        again_s = min(orders.again_s, self._again_s)
+        # When all have left, nobody waits for another decision.
+        asked_s = self._again_s if self._again_s > state.time_s else np.inf
+        again_s = min(orders.again_s, asked_s)
         told = orders._replace(hold_open_until_s=until_s, again_s=again_s)
         return told, HeldMemory(orders, inner)

@@ -149,6 +149,8 @@ class SteppedRun:
             The record says so as its failure.
         """
         if not self.over:
+            if self.moment:
+                self._decide(self.moment)
             self.recorder.flush()
             self._failure, self.over, self.moment = why, True, None
 
