@@ -19,7 +19,7 @@ REPORT_S = 60.0
 """Simulated time between two reports of progress. [s]"""
 
 
-class Simulation:
+class RadioSimulation:
     """All processes of a network."""
 
     def __init__(self, system: RadioSystem, cells: Cells, front_m: FloatArray, seed: int) -> None:
@@ -121,7 +121,7 @@ def simulate(
     Traffic
         Links over time, and every command.
     """
-    simulation = Simulation(system, cells, front_m, seed)
+    simulation = RadioSimulation(system, cells, front_m, seed)
     end_s = len(front_m) * system.update_s
     for until_s in np.append(np.arange(REPORT_S, end_s, REPORT_S), end_s).tolist():
         simulation.environment.run(until_s)

@@ -14,7 +14,7 @@ DEFAULT_REWARDS: Mapping[str, float] = {"delay": 1.0}
 JOULES_PER_KWH = 3.6e6
 
 
-class Indicator(NamedTuple):
+class Rewarded(NamedTuple):
     """What a reward may be made of."""
 
     unit: str
@@ -23,12 +23,12 @@ class Indicator(NamedTuple):
     meaning: str
 
 
-INDICATORS: Mapping[str, Indicator] = {
-    "delay": Indicator("min", "", "by how much the lateness of the train has grown"),
-    "stops": Indicator("-", "stops", "standstills between stations that began"),
-    "standing": Indicator("min", "stops", "time at a stand between stations"),
-    "energy": Indicator("kWh", "energy", "net energy taken from the line"),
-    "shield": Indicator("min", "", "time for which protection was why the train was slower"),
+INDICATORS: Mapping[str, Rewarded] = {
+    "delay": Rewarded("min", "", "by how much the lateness of the train has grown"),
+    "stops": Rewarded("-", "stops", "standstills between stations that began"),
+    "standing": Rewarded("min", "stops", "time at a stand between stations"),
+    "energy": Rewarded("kWh", "energy", "net energy taken from the line"),
+    "shield": Rewarded("min", "", "time for which protection was why the train was slower"),
 }
 """Less of each is better: a reward is minus their weighted sum."""
 

@@ -11,7 +11,7 @@ from kankaku.asking import SEED_MAX
 from kankaku.live.agent_link import AgentLink
 
 
-class LineEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
+class LineEnvironment(gymnasium.Env[Any, Any]):
     """
     One agent, which is the line.
 
@@ -70,7 +70,7 @@ class LineEnvironment(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         return seen, {**self._link.told(), "seed": drawn}
 
     def step(
-        self, action: NDArray[np.float32]
+        self, action: NDArray[Any]
     ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
         """
         Act upon the line until the next decision.

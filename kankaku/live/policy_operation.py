@@ -18,7 +18,7 @@ Policy: TypeAlias = Callable[[LineView], LineAdvice | None]
 ROUNDING_S = 1e-6
 
 
-class Followed(NamedTuple):
+class PolicyMemory(NamedTuple):
     """What a policy has asked for last, and when it is asked again."""
 
     asked: Outside
@@ -54,14 +54,14 @@ class PolicyOperation:
         self._gentle_mps = GENTLE_MPS2 * world.step_s
         self._free = no_advice(world.size)
 
-    def initial(self) -> Followed:
+    def initial(self) -> PolicyMemory:
         """Return the memory before the first step: nobody was asked yet."""
         size = self._world.size
-        return Followed(nothing_asked(size), np.nan, 0, np.full(size, np.nan))
+        return PolicyMemory(nothing_asked(size), np.nan, 0, np.full(size, np.nan))
 
     def advise(
-        self, state: LineState, authority: Authority, memory: Followed
-    ) -> tuple[Advice, Followed]:
+        self, state: LineState, authority: Authority, memory: PolicyMemory
+    ) -> tuple[Advice, PolicyMemory]:
         """Return what the policy asked for last."""
         if state.events:
             memory = memory._replace(departed_late_s=self._noted(state, memory))
@@ -81,7 +81,7 @@ class PolicyOperation:
         lower_to_asked(state.speed_mps, state.whereabouts[5], parts, self._gentle_mps, told)
         return Advice(*told), memory
 
-    def _noted(self, state: LineState, memory: Followed) -> FloatArray:
+    def _noted(self, state: LineState, memory: PolicyMemory) -> FloatArray:
         """Return how late trains departed, after what has happened since the last step."""
         late_s, events = memory.departed_late_s.copy(), state.events
         late_s[list(events.released)] = np.nan

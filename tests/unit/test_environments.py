@@ -1,6 +1,7 @@
 """Environments: what their libraries ask of them, seeds, refusals, and what the shield tells."""
 
 import warnings
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -187,3 +188,15 @@ def test_a_missing_package_is_told_with_what_brings_it(monkeypatch: pytest.Monke
     monkeypatch.delitem(__import__("sys").modules, "gymnasium")
     with pytest.raises(MissingExtraError, match=r"pip install 'kankaku\[env\]'"):
         kankaku.register_environments()
+
+
+def test_the_guide_tells_every_column_and_indicator_as_it_is() -> None:
+    guide = (Path(__file__).parents[2] / "docs" / "guide" / "live.md").read_text("utf-8")
+    for feature in FEATURES:
+        least, most = f"{feature.least:g}", f"{feature.most:,.0f}"
+        row = (f"`{feature.name}`", feature.unit, least, most, feature.meaning)
+        assert f"| {' | '.join(row)} |" in guide
+    for name, indicator in INDICATORS.items():
+        assert f"| `{name}` | {indicator.unit} | {indicator.meaning} |" in guide
+    for name in ACTIONS:
+        assert f"| `{name}` |" in guide
