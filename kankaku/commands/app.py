@@ -24,6 +24,7 @@ from kankaku.asking import (
 )
 from kankaku.commands import (
     controller_commands,
+    live_commands,
     planning_commands,
     results_commands,
     scenario_commands,
@@ -372,3 +373,4 @@ controller_commands.add_commands(app)
 results_commands.add_commands(app)
 scenario_commands.add_commands(app)
 planning_commands.add_commands(app)
+live_commands.add_commands(app)

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from kankaku.railway.loop import simulate
+from kankaku.railway.loop import stepped_run
 from kankaku.railway.safety.monitor import Monitor
 from kankaku.studies import study
 
@@ -33,7 +33,7 @@ def test_every_rule_is_kept_and_binds(name: str, monkeypatch: pytest.MonkeyPatch
         monitors.append(Monitor(*told, **more))
         return monitors[-1]
 
-    monkeypatch.setattr(simulate, "Monitor", kept)
+    monkeypatch.setattr(stepped_run, "Monitor", kept)
     record = study.run_once(chosen.scenario, chosen.specs[0], chosen.seeds[0], chosen.step_s)
     assert record.violations == ()
     assert record.completed.all()
