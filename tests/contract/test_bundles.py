@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from kankaku.controllers.drive import TractionDrive
@@ -150,6 +150,8 @@ def test_any_traffic_is_the_same_step_by_step(
     times_s: tuple[float, float],
     drawn_s: list[float],
 ) -> None:
+    # A radio whose cycle the step does not divide is refused.
+    assume(pair[0] != "control_map" or times_s[1] in {0.1, 0.5})
     scenario = merge_scenario(3, times_s[0], block_m=200.0, step_s=times_s[1])
     scenario = replace(scenario, driving=style)
     spec = ControllerSpec("test", *pair, {}, {})
