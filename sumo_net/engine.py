@@ -251,10 +251,21 @@ class SumoEngine(PlainEngine):
 
     def _begin(self, row: int, step: int) -> None:
         """Take note that SUMO has begun a stop, which must last here, too."""
-        if step - self._stood.pop(row, -LATE_STEPS - 1) > LATE_STEPS and row not in self._met:
+        stood = self._stood.pop(row, step - LATE_STEPS - 1)
+        if step - stood > LATE_STEPS and row not in self._met:
             self._refuse(f"{self._vehicles[row]} began a stop that was not expected")
         self._begun.add(row)
-        if self._release_s.get(row, 0.0) > self._over_s.get(row, np.inf):
+        if row not in self._over_s:
+            return
+        if self._call[row] and step > stood:
+            # Who comes from before the stop to a stand within a step is seen there a step later.
+            over_s = (
+                self._begin_s + step * self._step_s + float(self._dwell_s[row, self._call[row]])
+            )
+            self._over_s[row] = max(self._over_s[row], over_s)
+            self._release_s[row] = max(self._release_s[row], over_s)
+            self._next_release_s = min(self._release_s.values())
+        if self._release_s[row] > self._over_s[row]:
             self._extend(row, step)
 
     def _compare_ends(self, seen: Observation) -> None:

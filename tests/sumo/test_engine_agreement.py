@@ -131,6 +131,25 @@ def test_short_stops_end_in_both_at_once(
     assert record.completed.all()
 
 
+def test_who_comes_from_before_a_stop_to_a_stand_within_a_step_leaves_in_both_at_once(
+    tmp_path: Path,
+) -> None:
+    scenario = two_station_scenario(1, step_s=1.0)
+    world, delay_s = world_of(scenario), np.zeros((1, 2))
+    way_m = float(np.diff(world.stop_m[0, :2])[0])
+    # In its last step it goes more than the half metre around its mark in which SUMO sees it.
+    cruise_mps = way_m / round(way_m / 1.2)
+    released: list[float] = []
+    with SumoEngine(build(scenario, world, delay_s, tmp_path), world) as engine:
+        while len(released) < 2:
+            seen = engine.observe()
+            released += [seen.time_s] * len(seen.released)
+            far = world.stop_m[0, 1] - seen.front_m[0] > 0.75 * cruise_mps
+            engine.apply(np.full(1, cruise_mps if released and far else 0.0))
+            engine.advance()
+    assert seen.front_m[0] == pytest.approx(world.stop_m[0, 1])
+
+
 def test_a_stop_that_ends_in_one_of_both_alone_stops_the_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
