@@ -8,7 +8,7 @@ from scipy.optimize import linprog
 
 from kankaku import Layer
 from kankaku.controllers.options import require
-from kankaku.railway.arrays import BoolArray, FloatArray
+from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Foresight
 from kankaku.railway.step.state import NO_REASON, Advice, Authority, LineState
@@ -165,7 +165,7 @@ class MpcFollower:
         next_mps: FloatArray = np.minimum(np.minimum(speed_mps + more_mps, kept_mps), limit_mps)
         return next_mps
 
-    def _limit_mps(self, kind: object, front_m: FloatArray) -> FloatArray:
+    def _limit_mps(self, kind: IntArray | int, front_m: FloatArray) -> FloatArray:
         """Return the ceiling of the line where trains of some types are."""
         column = (front_m - self._foresight.profile.origin_m).astype(np.intp)
         places = np.clip(column, 0, self._ceiling_mps.shape[1] - 1)
@@ -253,11 +253,11 @@ class MpcFollower:
             costs,
             A_ub=np.vstack([speed_up, slow_down, *keep_apart, arrive]),
             b_ub=at_most,
-            bounds=np.column_stack([np.zeros_like(most), most]),
+            bounds=[(0.0, value) for value in most.tolist()],
             method="highs-ds",
         )
         # Without a solution nothing is lowered: protection holds anyway.
-        return np.array(found.x[:many]) if found.status == 0 else None
+        return None if found.x is None else np.array(found.x[:many])
 
 
 def _shared_rows() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
