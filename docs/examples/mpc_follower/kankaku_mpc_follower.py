@@ -257,7 +257,9 @@ class MpcFollower:
             method="highs-ds",
         )
         # Without a solution nothing is lowered: protection holds anyway.
-        return None if found.x is None else np.array(found.x[:many])
+        if found.status != 0 or found.x is None:
+            return None
+        return np.array(found.x[:many])
 
 
 def _shared_rows() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
