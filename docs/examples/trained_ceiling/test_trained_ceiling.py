@@ -1,6 +1,8 @@
 """The operation keeps the contract of Kankaku, and its weights are what training said."""
 
 import json
+from dataclasses import replace
+from importlib import import_module
 from importlib.resources import files
 from typing import Any
 
@@ -30,6 +32,16 @@ def test_a_seed_that_was_not_trained_on_gives_the_figures_that_the_weights_tell(
     assert run.violations.empty
     assert run.interstation_stops["duration_s"].sum() == pytest.approx(tried["own"]["stops_s"])
     assert run.energy["net_kwh"].mean() == pytest.approx(tried["own"]["energy_kwh"])
+
+
+def test_a_search_finds_the_same_table_another_time() -> None:
+    """Search among few tables on the first trains of the morning, twice."""
+    train: Any = import_module("kankaku_trained_ceiling.train")
+    whole = kankaku.load("rush_hour")
+    few = replace(whole.timetable, services=whole.timetable.services[:4])
+    one, other = (train.Search(replace(whole, timetable=few)).found(1, 3) for _ in range(2))
+    assert one == other
+    assert len(one[0].ceiling_kmh) == 9
 
 
 def test_tables_that_make_no_sense_are_refused() -> None:
