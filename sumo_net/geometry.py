@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
+from kankaku.railway.plan.earth import EARTH_RADIUS_M
 from kankaku.railway.plan.line import Line
 
-EARTH_RADIUS_M = 6_371_008.8
-"""Mean radius of the WGS 84 ellipsoid. [m]"""
 TRACK_SPACING_M = 5.0
 """Drawn distance of parallel tracks. [m]"""
 RAMP_M = 60.0

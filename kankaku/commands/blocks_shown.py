@@ -12,10 +12,10 @@ from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.control import Separation
 from kankaku.scenarios.checks.line_tables import LineTables
 from kankaku.scenarios.drafts.block_design import BlockTrial, blocks_of
-from kankaku.scenarios.drafts.draft import csv_text
+from kankaku.scenarios.drafts.draft import csv_text, refuse_there
 from kankaku.scenarios.drafts.line_answers import RANGES, figure_of
 from kankaku.scenarios.drafts.own_line import OwnLineError
-from kankaku.scenarios.drafts.rewriting import refuse_borrowed, refuse_there, rewritten
+from kankaku.scenarios.drafts.rewriting import ANEW, refuse_borrowed, rewritten
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.loading.load_line import read_line
 from kankaku.scenarios.reading.files import Reader
@@ -58,7 +58,7 @@ def lay_blocks(folder: Path, name: str, headway: str, *, force: bool) -> int:
             least, most, kind = RANGES["headway"]
             raise OwnLineError(mistakes or [f"--headway: allowed: {kind}, {least:g} to {most:g}"])
         refuse_borrowed(folder, "line")
-        refuse_there(folder, [BLOCKS, CIRCUITS], force=force)
+        refuse_there(folder, [BLOCKS, CIRCUITS], ANEW, force=force)
         scenario, line = _loaded(folder)
         spec = chosen_spec(scenario, name)
         layout = design(scenario, line, spec, headway_s)

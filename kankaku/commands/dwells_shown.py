@@ -8,7 +8,7 @@ import numpy as np
 from kankaku.commands.screen import answers, complain, counted_text, show_table
 from kankaku.commands.told_tables import path_line
 from kankaku.railway.errors import KankakuError
-from kankaku.scenarios.drafts.draft import DraftError, write_files
+from kankaku.scenarios.drafts.draft import DraftError, refuse_there, write_files
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.observing.dwell_files import (
     NOTES_FILE,
@@ -66,8 +66,8 @@ def work_out_dwells(
             where, problem = "--out and --scenario", "both are named"
             raise DraftError(where, problem, "one of the two")
         folder = scenario or out
-        if folder and (folder / BESIDE).exists() and not force:
-            raise DraftError(str(folder / BESIDE), "is there already", "another folder, or --force")
+        if folder:
+            refuse_there(folder, [BESIDE], "another folder, or --force", force=force)
         found = dwell_statistics(dwells_of(observed(events, line, timezone), longest_s))
         written = _written(found, out, scenario, force=force)
     except KankakuError as error:

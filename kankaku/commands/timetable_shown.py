@@ -6,6 +6,7 @@ from rich.markup import escape
 
 from kankaku.commands.screen import answers, complain, show_warnings
 from kankaku.railway.errors import KankakuError
+from kankaku.scenarios.drafts.draft import refuse_there
 from kankaku.scenarios.drafts.new_timetable import (
     CALLS,
     SERVICES,
@@ -13,7 +14,7 @@ from kankaku.scenarios.drafts.new_timetable import (
     TimetableAnswers,
     made_timetable,
 )
-from kankaku.scenarios.drafts.rewriting import refuse_borrowed, refuse_there, rewritten
+from kankaku.scenarios.drafts.rewriting import ANEW, refuse_borrowed, rewritten
 from kankaku.scenarios.loading.reconstruct import write_calls
 from kankaku.scenarios.reading.units import clock_of
 
@@ -40,7 +41,7 @@ def make_timetable(folder: Path, said: TimetableAnswers, *, force: bool) -> int:
     """
     try:
         refuse_borrowed(folder, "timetable")
-        refuse_there(folder, [SERVICES, CALLS], force=force)
+        refuse_there(folder, [SERVICES, CALLS], ANEW, force=force)
         made = made_timetable(folder, said)
         scenario = rewritten(folder, made.files, (), _note(made))
     except KankakuError as error:

@@ -2,17 +2,16 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from math import asin, cos, radians, sin, sqrt
 from statistics import median
 
 import numpy as np
 
 from kankaku.railway.motion.feasibility import starting_needs_n
+from kankaku.railway.plan.earth import distance_m
 from kankaku.railway.plan.line import Direction, Station
 from kankaku.railway.plan.met import lines_met
 from kankaku.railway.plan.scenario import Scenario
 
-EARTH_M = 6_371_000.0
 STRAIGHT, STRAIGHT_M = 1.05, 150.0
 """A straight way may be longer than the chainage by this share and length: maps are not exact."""
 BENT = 0.4
@@ -44,26 +43,6 @@ def doubts(scenario: Scenario) -> list[str]:
         *_unusual_runs(scenario),
         *_short_turns(scenario),
     ]
-
-
-def distance_m(one: tuple[float, float], other: tuple[float, float]) -> float:
-    """
-    Return the length of the straight way between two places.
-
-    Parameters
-    ----------
-    one, other
-        Longitude and latitude. [deg]
-
-    Returns
-    -------
-    float
-        On a sphere. [m]
-    """
-    (lon, lat), (other_lon, other_lat) = one, other
-    half = sin(radians(other_lat - lat) / 2.0) ** 2
-    half += cos(radians(lat)) * cos(radians(other_lat)) * sin(radians(other_lon - lon) / 2.0) ** 2
-    return 2.0 * EARTH_M * asin(min(sqrt(half), 1.0))
 
 
 def _off_the_map(stations: Sequence[Station]) -> Iterator[str]:

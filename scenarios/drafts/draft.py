@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,7 @@ class Draft:
     """Of ``scenario.toml``."""
     stock: dict[str, Any]
     """Of ``rolling_stock.toml``."""
-    rows: dict[str, list[Row]] = field(default_factory=dict)
+    rows: dict[str, Sequence[Row]] = field(default_factory=dict)
     """Of the CSV files, by name of the file."""
     beside: dict[str, str] = field(default_factory=dict)
     """Other files, such as a licence, by name."""
@@ -88,6 +88,32 @@ def _cell(value: object) -> object:
     return f"{value:.10g}" if isinstance(value, float) else value
 
 
+def refuse_there(folder: Path, names: Iterable[str], allowed: str, *, force: bool) -> None:
+    """
+    Refuse to replace files without being told to.
+
+    Parameters
+    ----------
+    folder
+        Where they go.
+    names
+        Of files, or of a folder in it.
+    allowed
+        What is.
+    force
+        Whether they may be replaced.
+
+    Raises
+    ------
+    DraftError
+        If one is there.
+    """
+    there = [name for name in names if (folder / name).exists()]
+    if there and not force:
+        others = f", and so are {len(there) - 1} others" if len(there) > 1 else ""
+        raise DraftError(str(folder / there[0]), f"is there already{others}", allowed)
+
+
 def write_files(files: Mapping[str, str], folder: Path, *, force: bool = False) -> None:
     """
     Write files into a folder, and replace none without being told to.
@@ -104,13 +130,9 @@ def write_files(files: Mapping[str, str], folder: Path, *, force: bool = False) 
     Raises
     ------
     DraftError
-        If a file is there already, or the folder cannot be written; nothing is written then.
+        If a file is there already, and then nothing is written, or the folder cannot be written.
     """
-    there = sorted(name for name in files if (folder / name).exists())
-    if there and not force:
-        where = str(folder / there[0])
-        others = f", and so are {len(there) - 1} others" if len(there) > 1 else ""
-        raise DraftError(where, f"is there already{others}", "another folder, or --force")
+    refuse_there(folder, sorted(files), "another folder, or --force", force=force)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in files.items():

@@ -7,10 +7,10 @@ time; at either end of the line all tracks are for both directions. A single lin
 wherever its timetable lets trains of both directions meet.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from kankaku.scenarios.drafts.draft import Draft, DraftError
 from kankaku.scenarios.drafts.layout_notes import (
@@ -31,6 +31,7 @@ from kankaku.scenarios.reading.row_formats import (
     LinkRow,
     NodeRow,
     PlatformRow,
+    Row,
     ServiceRow,
     StationRow,
 )
@@ -143,7 +144,7 @@ class _Builder:
         self._sites = [_Site(stop.id, stop.chainage_km) for stop in self._sketch.stops]
         self._places = {site.id: self._place(site) for site in self._sites}
 
-    def rows(self) -> dict[str, list]:  # type: ignore[type-arg]
+    def rows(self) -> dict[str, Sequence[Row]]:
         """Return the rows of all files by name."""
         sketch = self._sketch
         return {
@@ -252,6 +253,7 @@ class _Builder:
         """Return the tracks of a place; trains that pass it keep to their own side."""
         up, down = self._sides()
         across = {f"{name}-up": up, f"{name}-down": down}
+        ways: dict[str, Literal["rising", "falling", "both"]]
         ways = {f"{name}-up": "rising", f"{name}-down": "falling"}
         further = [track for track in place.tracks if track not in across]
         for number, track in enumerate(further, 1):
@@ -261,7 +263,7 @@ class _Builder:
         if len(further) == len(place.tracks):
             across = {track: float(number) for number, track in enumerate(further, 1)}
         rows = [
-            LinkRow(0, track, place.low, place.high, ways.get(track, "both"), across[track])  # type: ignore[arg-type]
+            LinkRow(0, track, place.low, place.high, ways.get(track, "both"), across[track])
             for track in place.tracks
         ]
         return sorted(rows, key=lambda row: row.across)

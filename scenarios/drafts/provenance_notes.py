@@ -2,9 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 SOURCES_FILE = "SOURCES.md"
+
+N = TypeVar("N")
 
 
 class Taken(NamedTuple):
@@ -55,7 +57,7 @@ class SourceNotes:
         self._note(self.missing, Missing(what, effect))
 
     @staticmethod
-    def _note(notes: list, note: NamedTuple) -> None:  # type: ignore[type-arg]
+    def _note(notes: list[N], note: N) -> None:
         if note not in notes:
             notes.append(note)
 

@@ -9,28 +9,8 @@ from kankaku.scenarios.drafts.draft import DraftError
 from kankaku.scenarios.drafts.provenance_notes import SOURCES_FILE
 from kankaku.scenarios.loading.load import load
 
-
-def refuse_there(folder: Path, names: Iterable[str], *, force: bool) -> None:
-    """
-    Refuse to replace files without being told to.
-
-    Parameters
-    ----------
-    folder
-        Of the scenario.
-    names
-        Of the files.
-    force
-        Whether they may be replaced.
-
-    Raises
-    ------
-    DraftError
-        If one is there.
-    """
-    there = [name for name in names if (folder / name).exists()]
-    if there and not force:
-        raise DraftError(str(folder / there[0]), "is there already", "--force, to make it anew")
+ANEW = "--force, to make it anew"
+"""How files of a scenario may be replaced."""
 
 
 def refuse_borrowed(folder: Path, key: str) -> None:

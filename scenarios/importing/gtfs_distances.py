@@ -9,9 +9,10 @@ from statistics import median
 import numpy as np
 
 from kankaku.railway.arrays import FloatArray
+from kankaku.railway.plan.earth import EARTH_RADIUS_M, distance_m
 from kankaku.scenarios.drafts.provenance_notes import SourceNotes
 from kankaku.scenarios.importing.gtfs_files import refuse
-from kankaku.scenarios.importing.gtfs_stations import EARTH_M, FeedStation, distance_m
+from kankaku.scenarios.importing.gtfs_stations import FeedStation
 from kankaku.scenarios.importing.gtfs_tables import FeedStop, ShapePoint
 from kankaku.scenarios.importing.gtfs_trips import DayTrip
 from kankaku.scenarios.reading.mistakes import Mistake, row_place
@@ -151,7 +152,7 @@ def _straight_m(line: Sequence[FeedStation]) -> dict[Pair, float]:
     for one, other in pairwise(line):
         if one.lat_deg is None or other.lat_deg is None:
             continue
-        places = (one.lat_deg, one.lon_deg or 0.0), (other.lat_deg, other.lon_deg or 0.0)
+        places = (one.lon_deg or 0.0, one.lat_deg), (other.lon_deg or 0.0, other.lat_deg)
         found[one.id, other.id] = distance_m(*places)
     return found
 
@@ -212,7 +213,7 @@ def _fitting(
     ]
     if len(places_deg) < len(longest.calls):
         return [], {}
-    straight_m = sum(distance_m(a, b) for a, b in pairwise(places_deg))
+    straight_m = sum(distance_m(a[::-1], b[::-1]) for a, b in pairwise(places_deg))
     for name, points in list(shapes.items())[:MOST_TRIED]:
         for way in (points, points[::-1]) if len(points) <= MOST_POINTS else ():
             places_m = along_shape_m(way, places_deg)
@@ -275,7 +276,7 @@ def along_shape_m(
         as they can; nothing if one of them is too far away. [m]
     """
     origin = points[0]
-    scale = np.array([1.0, cos(radians(origin.lat_deg))]) * radians(1.0) * EARTH_M
+    scale = np.array([1.0, cos(radians(origin.lat_deg))]) * radians(1.0) * EARTH_RADIUS_M
 
     def level_m(degrees: Sequence[tuple[float, float]]) -> FloatArray:
         around = np.array(degrees, dtype=float) - (origin.lat_deg, origin.lon_deg)

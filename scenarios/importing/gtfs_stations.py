@@ -5,15 +5,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 from itertools import combinations
-from math import asin, cos, radians, sin, sqrt
 from typing import NamedTuple
 
+from kankaku.railway.plan.earth import distance_m
 from kankaku.scenarios.drafts.provenance_notes import SourceNotes
 from kankaku.scenarios.importing.gtfs_tables import FeedStop
 from kankaku.scenarios.importing.gtfs_trips import DayTrip
 
-EARTH_M = 6_371_009.0
-"""Mean radius of the earth. [m]"""
 NEAR_M = 150.0
 """Platforms so near to each other that no train serves both are one station. [m]"""
 NAMED_NEAR_M = 500.0
@@ -38,26 +36,6 @@ class _Group:
     stops: list[FeedStop]
     trips: set[str]
     parent: str = ""
-
-
-def distance_m(a: tuple[float, float], b: tuple[float, float]) -> float:
-    """
-    Return the great-circle distance between two places.
-
-    Parameters
-    ----------
-    a, b
-        Latitude and longitude. [deg]
-
-    Returns
-    -------
-    float
-        The distance. [m]
-    """
-    lat_a, lat_b = radians(a[0]), radians(b[0])
-    lon = radians(b[1] - a[1])
-    square = sin((lat_b - lat_a) / 2.0) ** 2 + cos(lat_a) * cos(lat_b) * sin(lon / 2.0) ** 2
-    return 2.0 * EARTH_M * asin(min(1.0, sqrt(square)))
 
 
 def stations_of(
@@ -146,7 +124,7 @@ def _merged(groups: list[_Group], notes: SourceNotes) -> list[_Group]:
 
 def _apart_m(one: _Group, other: _Group) -> float | None:
     found = [
-        distance_m((a.lat_deg, a.lon_deg), (b.lat_deg, b.lon_deg))
+        distance_m((a.lon_deg, a.lat_deg), (b.lon_deg, b.lat_deg))
         for a in one.stops
         for b in other.stops
         if a.lat_deg is not None

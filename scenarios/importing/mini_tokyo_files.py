@@ -8,7 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from kankaku.scenarios.importing.earth_places import distance_m
+from kankaku.railway.plan.earth import distance_m
 from kankaku.scenarios.importing.formats import SourceError
 
 _CLOCK = re.compile(r"([01]?\d|2[0-9]):([0-5]\d)")

@@ -8,7 +8,7 @@ from math import cos, hypot, radians
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from kankaku.scenarios.importing.earth_places import distance_m
+from kankaku.railway.plan.earth import distance_m
 from kankaku.scenarios.importing.formats import SourceError
 
 ROUTES = ("train", "subway", "light_rail", "tram", "railway", "monorail")

@@ -10,12 +10,13 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
+from kankaku.railway.plan.earth import EARTH_RADIUS_M
 from kankaku.railway.plan.line import Block, Gradient, Line
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.sumo_net import edge_cuts, names, plain_xml, routes_xml
 from kankaku.sumo_net.build import SumoFiles, build, network, sumo_binary
 from kankaku.sumo_net.engine import SumoEngine
-from kankaku.sumo_net.geometry import EARTH_RADIUS_M, TRACK_SPACING_M, centre_line
+from kankaku.sumo_net.geometry import TRACK_SPACING_M, centre_line
 from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
 
 READY_S = 25_200.0

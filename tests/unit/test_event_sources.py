@@ -19,13 +19,11 @@ from kankaku.scenarios.observing.observed_dwells import dwells_of
 from kankaku.scenarios.observing.vehicle_positions import read_vehicle_positions
 from kankaku.scenarios.observing.visits import EventsError, Visit
 from tests.examples import examples
+from tests.shared_data import SAMPLES
 from tests.unit.excel_books import workbook
 from tests.unit.observed_rows import write_events
 
-SAMPLE = (
-    Path(__file__).parents[3]
-    / "shared/data/samples/observed/mbta_orange_blue_2023-05-08_0800-1000.csv"
-)
+SAMPLE = SAMPLES / "observed" / "mbta_orange_blue_2023-05-08_0800-1000.csv"
 HEAD = "train,station,arrival,departure\n"
 DAY_S = 86400.0
 

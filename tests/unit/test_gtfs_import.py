@@ -11,6 +11,7 @@ from kankaku.scenarios.drafts.draft import Draft, write_files
 from kankaku.scenarios.importing.formats import Wish, imported
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.row_formats import CallRow, ServiceRow, StationRow
+from tests.shared_data import SAMPLES
 from tests.unit.feed_maker import (
     calls,
     draft_of,
@@ -385,10 +386,10 @@ def test_wishes_that_mean_nothing_are_refused(tmp_path: Path, wish: Wish, told: 
     assert told in refused(tmp_path, {**good_feed()}, wish)
 
 
-SAMPLES = Path("/work/shared/data/samples/gtfs")
+FEEDS = SAMPLES / "gtfs"
 
 
-@pytest.mark.skipif(not SAMPLES.is_dir(), reason="the sample feeds are not here")
+@pytest.mark.skipif(not FEEDS.is_dir(), reason="the sample feeds are not here")
 @pytest.mark.parametrize(
     ("source", "route", "stations_there", "trains"),
     [
@@ -404,7 +405,7 @@ SAMPLES = Path("/work/shared/data/samples/gtfs")
 def test_published_feeds_are_read(
     source: str, route: str, stations_there: int, trains: int
 ) -> None:
-    draft = imported("gtfs", SAMPLES / source, Wish(route=route))
+    draft = imported("gtfs", FEEDS / source, Wish(route=route))
     assert len(stations(draft)) == stations_there
     assert len(draft.rows["services.csv"]) == trains
     assert not mistakes_of(draft)

@@ -11,8 +11,9 @@ from kankaku.scenarios.drafts.draft import Draft, write_files
 from kankaku.scenarios.importing.formats import SourceError, Wish, imported
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.reading.row_formats import CallRow, ServiceRow, StationRow
+from tests.shared_data import SAMPLES
 
-SAMPLES = Path(__file__).parents[3] / "shared" / "data" / "samples" / "mini-tokyo-3d"
+PUBLIC = SAMPLES / "mini-tokyo-3d"
 NAMES = ("Higashi", "Naka", "Nishi")
 Entry = dict[str, Any]
 
@@ -216,9 +217,9 @@ def test_file_that_is_not_json_is_refused(tmp_path: Path) -> None:
         drafted(tmp_path / "absent.json")
 
 
-@pytest.mark.skipif(not SAMPLES.is_dir(), reason="the samples are not part of the project")
+@pytest.mark.skipif(not PUBLIC.is_dir(), reason="the samples are not part of the project")
 def test_enoden_is_found_to_be_single_with_the_loops_that_it_has(tmp_path: Path) -> None:
-    source = SAMPLES / "enoden-enoden.json"
+    source = PUBLIC / "enoden-enoden.json"
     draft = drafted(source, from_time="07:30:00", until_time="08:59:00")
     told = {row.what: row.value for row in draft.notes.assumed}
     assert told["track"] == "single, with loops"
@@ -230,10 +231,10 @@ def test_enoden_is_found_to_be_single_with_the_loops_that_it_has(tmp_path: Path)
     assert len(load(tmp_path / "made").timetable.services) == 12
 
 
-@pytest.mark.skipif(not SAMPLES.is_dir(), reason="the samples are not part of the project")
+@pytest.mark.skipif(not PUBLIC.is_dir(), reason="the samples are not part of the project")
 @pytest.mark.parametrize("name", ["twr-rinkai", "tokyometro-marunouchibranch"])
 def test_double_lines_are_found_to_be_double(name: str) -> None:
-    draft = drafted(SAMPLES / f"{name}.json", from_time="22:30:00")
+    draft = drafted(PUBLIC / f"{name}.json", from_time="22:30:00")
     assert {row.what: row.value for row in draft.notes.assumed}["track"] == "double"
     clocks = [row.departure for row in draft.rows["calls.csv"] if isinstance(row, CallRow)]
     assert max(clocks) > "24:00:00"

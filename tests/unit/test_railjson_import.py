@@ -11,6 +11,7 @@ from kankaku.scenarios.drafts.draft import Draft, write_files
 from kankaku.scenarios.importing.formats import SourceError, Wish, imported
 from kankaku.scenarios.loading.load import load
 from tests.examples import examples
+from tests.shared_data import SAMPLES
 from tests.unit.mutated_sources import (
     STRANGE,
     changed,
@@ -21,7 +22,7 @@ from tests.unit.mutated_sources import (
 )
 from tests.unit.railjson_sources import INFRA, SCHEDULES, STOCK, end, point, section
 
-SHARED = Path("/work/shared/data/samples/railjson")
+PUBLIC = SAMPLES / "railjson"
 
 
 def rows(draft: Draft, file: str, *names: str) -> list[tuple[Any, ...]]:
@@ -309,10 +310,10 @@ def test_changed_files_are_read_or_refused(
         load_or_too_weak(draft, folder / "made")
 
 
-@pytest.mark.skipif(not SHARED.is_dir(), reason="samples that are not part of the project")
+@pytest.mark.skipif(not PUBLIC.is_dir(), reason="samples that are not part of the project")
 def test_every_public_infrastructure_loads_with_every_train(tmp_path: Path) -> None:
-    for source in sorted(SHARED.glob("*_infra.json")):
-        for train in sorted(SHARED.glob("*_rolling_stock.json")):
+    for source in sorted(PUBLIC.glob("*_infra.json")):
+        for train in sorted(PUBLIC.glob("*_rolling_stock.json")):
             folder = tmp_path / f"{source.stem}-{train.stem}"
             draft = imported("railjson", source, Wish(stock=train, trains=2))
             write_files(draft.files(), folder)

@@ -12,9 +12,10 @@ from kankaku.scenarios.drafts.draft import Draft, write_files
 from kankaku.scenarios.importing.formats import SourceError, Wish, imported
 from kankaku.scenarios.loading.load import load
 from tests.examples import examples
+from tests.shared_data import SAMPLES
 from tests.unit.mutated_sources import load_or_too_weak, read_or_refused
 
-SHARED = Path("/work/shared/data/samples/railsim")
+PUBLIC = SAMPLES / "railsim"
 
 
 def link(name: str, ends: str, length_m: float, speed: float = 30.0, **attributes: object) -> str:
@@ -212,8 +213,8 @@ def test_changed_files_are_read_or_refused(
         load_or_too_weak(draft, folder / "made")
 
 
-@pytest.mark.skipif(not SHARED.is_dir(), reason="samples that are not part of the project")
+@pytest.mark.skipif(not PUBLIC.is_dir(), reason="samples that are not part of the project")
 def test_public_scenarios_load(tmp_path: Path) -> None:
-    for number, source in enumerate(sorted(SHARED.glob("*/*"))):
+    for number, source in enumerate(sorted(PUBLIC.glob("*/*"))):
         write_files(imported("railsim", source, Wish()).files(), tmp_path / f"{number}")
         assert not load(tmp_path / f"{number}").warnings

@@ -19,10 +19,10 @@ from kankaku.scenarios.loading.reconstruct import (
     reconstruct,
     run_times,
 )
+from tests.shared_data import SHARED
 
 PROJECT = Path(__file__).parents[2]
 FOLDER = PROJECT / "scenarios" / "rush_hour"
-SHARED = PROJECT.parent / "shared" / "data"
 PUBLIC = SHARED / "keihin_tohoku_am_peak_40.csv"
 DWELLS = SHARED / "dwell_am_peak_boston_2023-05-08.csv"
 

@@ -14,6 +14,7 @@ from kankaku.scenarios.drafts.draft import Draft, DraftError, write_files
 from kankaku.scenarios.importing.formats import SourceError, Wish, imported
 from kankaku.scenarios.loading.load import load
 from tests.examples import examples
+from tests.shared_data import SAMPLES
 from tests.unit.mutated_sources import (
     STRANGE,
     changed,
@@ -27,7 +28,7 @@ PROJECT = Path(__file__).parents[2]
 YIZHUANG = PROJECT / "tests" / "data" / "ttobench" / "CN_Songjiazhuang_Yizhuang.json"
 BEIJING = YIZHUANG.parent / "CN_Beijing_Subway_train.json"
 SHIPPED = PROJECT / "scenarios" / "yizhuang"
-SHARED = Path("/work/shared/data/samples/ttobench")
+PUBLIC = SAMPLES / "ttobench"
 UNITS = {"position": "m", "velocity": "km/h"}
 TRACK: dict[str, Any] = {
     "metadata": {"id": "small", "license": "none"},
@@ -209,9 +210,9 @@ def test_a_changed_train_is_read_or_refused(
         load_or_too_weak(draft, folder / "made")
 
 
-@pytest.mark.skipif(not SHARED.is_dir(), reason="samples that are not part of the project")
+@pytest.mark.skipif(not PUBLIC.is_dir(), reason="samples that are not part of the project")
 def test_every_public_track_loads(tmp_path: Path) -> None:
-    for source in sorted(SHARED.glob("[0C-S]*.json")):
+    for source in sorted(PUBLIC.glob("[0C-S]*.json")):
         if source.stem.endswith("_train"):
             continue
         folder = tmp_path / source.stem

@@ -9,12 +9,13 @@ import pytest
 
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.scenarios.loading.load import load
+from tests.shared_data import SHARED
 from tools.driven_speeds import driven_s, read_style
 from tools.yizhuang.__main__ import FOLDER, differing, line_texts, main, timetable_texts
 from tools.yizhuang.line import SourceError, read_ttobench, source_tables
 from tools.yizhuang.timetable import RUN_ALLOWANCE, UNIT_S, leg_times, read_line_and_train
 
-SOURCE = FOLDER.parents[2] / "shared" / "data" / "CN_Songjiazhuang_Yizhuang.json"
+SOURCE = SHARED / "CN_Songjiazhuang_Yizhuang.json"
 PUBLISHED_LEGS_M = (2631, 1275, 2366, 1982, 993, 1538, 1280, 1354, 2338, 2265, 2086, 1281, 1334)
 """Distances between stations, as the operator tells them."""
 PUBLISHED_MIN = (33.0, 37.0)
