@@ -12,14 +12,13 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import Span
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.sumo_net import names
+from kankaku.sumo_net.agreement import Agreement, EngineDisagreementError
 from kankaku.sumo_net.build import IGNORE_SIGNALS, SumoFiles
 from kankaku.sumo_net.door import bare, close, disarm, start
 from kankaku.sumo_net.signals import BlockSignals, shown_network
 
 ALL_CHECKS_OFF = 0
 """Speed mode in which SUMO obeys any speed."""
-AGREEMENT_M = 1e-3
-"""SUMO and the integration of our commands may differ by rounding only. [m]"""
 ARRIVAL_M = 1.0
 """SUMO may take a slow train off this much before the end of the line. [m]"""
 LONGEST_STOP_S = 1e6
@@ -29,10 +28,6 @@ LATE_STEPS = 2
 
 FIRST_STEPS = 2
 """SUMO begins a train's first stop in the step after it enters, and ends it in the next. [-]"""
-
-
-class EngineDisagreementError(RuntimeError):
-    """SUMO did something else than it was told, or when it was not expected to."""
 
 
 class SumoEngine(PlainEngine):
@@ -83,10 +78,7 @@ class SumoEngine(PlainEngine):
         """In which step each train left that SUMO has not taken off yet."""
         self._pending: list[FloatArray] = []
         """Commands to those who run that SUMO does not know yet. [m/s], (n_steps, n_running)"""
-        self._met: set[int] = set()
-        """Trains that have collided."""
-        self._colliding: frozenset[int] = frozenset()
-        self._collided: set[int] = set()
+        self._agreement = Agreement(self._row_of)
         self._signals: BlockSignals | None = None
 
     def __enter__(self) -> Self:
@@ -103,7 +95,7 @@ class SumoEngine(PlainEngine):
         self._arrived = bare(simulation, "getArrivedIDList")
         self._stop_starting = bare(simulation, "getStopStartingVehiclesIDList")
         self._stop_ending = bare(simulation, "getStopEndingVehiclesIDList")
-        self._collisions = bare(simulation, "getCollisions")
+        self._agreement.ask(bare(simulation, "getCollisions"))
         for train_type in self._types:
             disarm(sumo, train_type)
         if self._gui:
@@ -140,9 +132,7 @@ class SumoEngine(PlainEngine):
             self._stood[row] = self._steps
         for row in self._named(self._stop_starting()):
             self._begin(row, self._steps)
-        if self._collided:
-            seen = seen._replace(collided=tuple(sorted(self._collided)))
-            self._collided = set()
+        seen = self._agreement.told_in(seen)
         if self._signals:
             self._signals.show(seen)
         return seen
@@ -220,8 +210,7 @@ class SumoEngine(PlainEngine):
             for _ in map(self._set_speed, vehicles, told_mps):
                 pass
             self._advance()
-            if self._collisions() or self._colliding:
-                self._collided |= self._new_collisions()
+            self._agreement.look()
             if self._stop_starting() or self._arrived() or self._stop_ending() or self._departed():
                 self._take_note(step)
                 there, vehicles = self._commanded()
@@ -229,18 +218,13 @@ class SumoEngine(PlainEngine):
         rows = self._rows[there]
         gone_m = list(map(self._get_distance, vehicles))
         apart_m = np.abs(self._front_m[rows] - self._start_m[rows] - gone_m)
-        if self._met:
-            # What SUMO does with trains that have collided is its own affair.
-            apart_m[np.isin(rows, list(self._met))] = 0.0
-        if apart_m.max(initial=0.0) > AGREEMENT_M:
-            train = vehicles[int(apart_m.argmax())]
-            self._refuse(f"{train} is {apart_m.max():.3f} m off its commands")
+        self._agreement.refuse_apart(rows, vehicles, apart_m, self._now_s)
 
     def _take_note(self, step: int) -> None:
         """Take note of what has happened in one of SUMO's steps."""
         early = {*self._named(self._stop_ending()), *self._named(self._departed())}
-        if step < self._steps and early - self._met:
-            trains = ", ".join(self._vehicles[row] for row in sorted(early - self._met))
+        if step < self._steps and early - self._agreement.met:
+            trains = ", ".join(self._vehicles[row] for row in sorted(early - self._agreement.met))
             self._refuse(f"SUMO lets {trains} go earlier than we do")
         for row in self._named(self._stop_starting()):
             if step < self._steps:
@@ -252,7 +236,7 @@ class SumoEngine(PlainEngine):
     def _begin(self, row: int, step: int) -> None:
         """Take note that SUMO has begun a stop, which must last here, too."""
         stood = self._stood.pop(row, step - LATE_STEPS - 1)
-        if step - stood > LATE_STEPS and row not in self._met:
+        if step - stood > LATE_STEPS and row not in self._agreement.met:
             self._refuse(f"{self._vehicles[row]} began a stop that was not expected")
         self._begun.add(row)
         if row not in self._over_s:
@@ -270,7 +254,7 @@ class SumoEngine(PlainEngine):
 
     def _compare_ends(self, seen: Observation) -> None:
         """Refuse that a stop ends, or a train leaves, here or in SUMO alone."""
-        apart = ({*self._named(self._stop_ending())} ^ {*seen.released}) - self._met
+        apart = ({*self._named(self._stop_ending())} ^ {*seen.released}) - self._agreement.met
         if apart:
             trains = ", ".join(self._vehicles[row] for row in sorted(apart))
             self._refuse(f"SUMO lets {trains} go, or we do, and not both")
@@ -284,10 +268,13 @@ class SumoEngine(PlainEngine):
             if row not in self._off:
                 self._leaving[row] = self._steps
         for row, since in self._leaving.items():
-            if self._steps - since > LATE_STEPS and row not in self._met:
+            if self._steps - since > LATE_STEPS and row not in self._agreement.met:
                 self._refuse(f"{self._vehicles[row]} has left, and is still there in SUMO")
         for row in self._off & self._running:
-            if self._front_m[row] < self._world.line.end_m - ARRIVAL_M and row not in self._met:
+            if (
+                self._front_m[row] < self._world.line.end_m - ARRIVAL_M
+                and row not in self._agreement.met
+            ):
                 self._refuse(f"SUMO has taken off {self._vehicles[row]} on its way")
 
     def _refuse(self, problem: str) -> NoReturn:
@@ -298,11 +285,3 @@ class SumoEngine(PlainEngine):
         """Tell SUMO in one of its steps how long a stop that it has begun still lasts."""
         left_s = max(self._release_s[row] - self._begin_s - step * self._step_s, self._step_s)
         self._set_stop(self._vehicles[row], 0, "duration", f"{min(left_s, LONGEST_STOP_S):.3f}")
-
-    def _new_collisions(self) -> frozenset[int]:
-        pairs = [(collision.collider, collision.victim) for collision in self._collisions()]
-        colliding = frozenset(self._row_of[train] for pair in pairs for train in pair)
-        fresh = colliding - self._colliding
-        self._colliding = colliding
-        self._met |= fresh
-        return fresh

@@ -11,9 +11,10 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import Span
 from kankaku.railway.step.engine_contract import Observation
 from kankaku.sumo_net import names
+from kankaku.sumo_net.agreement import Agreement, EngineDisagreementError
 from kankaku.sumo_net.build import SumoFiles, steps_per_look, witnessed
 from kankaku.sumo_net.door import bare, close, disarm, start
-from kankaku.sumo_net.engine import AGREEMENT_M, ALL_CHECKS_OFF, EngineDisagreementError
+from kankaku.sumo_net.engine import ALL_CHECKS_OFF
 from kankaku.sumo_net.network_xml import edge_of, twins
 from kankaku.sumo_net.witness_moves import places_then, speeds_between
 from kankaku.sumo_net.witness_xml import route_names, route_starts_m
@@ -80,11 +81,8 @@ class WitnessEngine(PlainEngine):
         """Where each front was when SUMO looked last. [m]"""
         self._inserted_m = np.zeros(world.size)
         """Where each front was when SUMO saw it first. [m]"""
-        self._colliding: frozenset[int] = frozenset()
-        self._met: set[int] = set()
+        self._agreement = Agreement(self._row_of)
         self._looks = 0
-        self._fresh: set[int] = set()
-        """Who has collided within the steps that were taken in one go last."""
 
     def __enter__(self) -> Self:
         """Start SUMO."""
@@ -99,7 +97,7 @@ class WitnessEngine(PlainEngine):
         self._get_distance = bare(vehicle, "getDistance")
         self._advance = bare(sumo.simulation, "step")
         self._arrived = bare(sumo.simulation, "getArrivedIDList")
-        self._collisions = bare(sumo.simulation, "getCollisions")
+        self._agreement.ask(bare(sumo.simulation, "getCollisions"))
         for train_type in set(self._types):
             disarm(sumo, train_type)
         for rising, falling in twins(self._world.line).items():
@@ -133,10 +131,7 @@ class WitnessEngine(PlainEngine):
         if self._steps and not self._steps % self._steps_per_look:
             rows = self._looked_at()
             self._look([seen.time_s], rows, seen.front_m[rows][None], seen.speed_mps[rows][None])
-        if self._fresh:
-            seen = seen._replace(collided=tuple(sorted(self._fresh)))
-            self._fresh = set()
-        return seen
+        return self._agreement.told_in(seen)
 
     def span(self) -> Span | None:
         """
@@ -204,7 +199,7 @@ class WitnessEngine(PlainEngine):
             if added or ended:
                 self._shown = sorted({*self._shown, *added} - {*ended})
                 vehicles = self._told_in(rows)
-            self._fresh |= self._new_collisions()
+            self._agreement.look()
             self._looks += 1
             # Distances add up: what is off once stays off.
             if added or ended or self._looks % COMPARED_LOOKS == 0:
@@ -250,26 +245,9 @@ class WitnessEngine(PlainEngine):
         )
         self._sumo.vehicle.setSpeedMode(vehicle, ALL_CHECKS_OFF)
 
-    def _new_collisions(self) -> frozenset[int]:
-        met = self._collisions()
-        if not met and not self._colliding:
-            return self._colliding
-        colliding = frozenset(
-            self._row_of[train] for one in met for train in (one.collider, one.victim)
-        )
-        fresh = colliding - self._colliding
-        self._colliding = colliding
-        self._met |= fresh
-        return fresh
-
     def _compare(self, time_s: float, rows: IntArray, front_m: FloatArray) -> None:
         columns = np.searchsorted(rows, self._shown)
         vehicles = [self._vehicles[row] for row in self._shown]
         gone_m = list(map(self._get_distance, vehicles))
         apart_m = np.abs(front_m[columns] - self._inserted_m[self._shown] - gone_m)
-        if self._met:
-            apart_m[np.isin(self._shown, list(self._met))] = 0.0
-        if apart_m.max(initial=0.0) > AGREEMENT_M:
-            train = vehicles[int(apart_m.argmax())]
-            msg = f"{train} is {apart_m.max():.3f} m off its commands at {time_s:.1f} s"
-            raise EngineDisagreementError(msg)
+        self._agreement.refuse_apart(self._shown, vehicles, apart_m, time_s)

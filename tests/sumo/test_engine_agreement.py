@@ -16,8 +16,9 @@ from kankaku.railway.step.control import Command
 from kankaku.railway.step.engine_contract import Engine
 from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Advice, Authority, LineState
+from kankaku.sumo_net.agreement import EngineDisagreementError
 from kankaku.sumo_net.build import build
-from kankaku.sumo_net.engine import EngineDisagreementError, SumoEngine
+from kankaku.sumo_net.engine import SumoEngine
 from kankaku.testing.example_lines import two_station_scenario, world_of
 from kankaku.testing.toy_engine import ToyEngine
 from tests.property.runs import controller_of

@@ -15,7 +15,7 @@ from kankaku.railway.step.records import RunRecord
 from kankaku.railway.step.state import Authority, LineState
 from kankaku.studies.outcomes import StudyError
 from kankaku.studies.study import run_once
-from kankaku.sumo_net.engine import EngineDisagreementError
+from kankaku.sumo_net.agreement import EngineDisagreementError
 from kankaku.sumo_net.witness_engine import WitnessEngine
 from kankaku.testing.example_lines import two_station_scenario
 

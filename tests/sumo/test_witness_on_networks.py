@@ -17,8 +17,8 @@ from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.shipped import folder_of
 from kankaku.studies.study import run_once
 from kankaku.sumo_net import witness_engine
+from kankaku.sumo_net.agreement import AGREEMENT_M, EngineDisagreementError
 from kankaku.sumo_net.build import build, steps_per_look, sumo_binary
-from kankaku.sumo_net.engine import AGREEMENT_M, EngineDisagreementError
 from kankaku.sumo_net.witness_engine import WitnessEngine
 from kankaku.testing.example_lines import world_of
 from tests.property.runs import controller_of

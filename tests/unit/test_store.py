@@ -49,7 +49,7 @@ class Failing(SumoEngine):
     """Gives up as soon as trains have met."""
 
     def advance(self) -> None:
-        if self._colliding:
+        if self._agreement.colliding:
             msg = "what now?"
             raise RuntimeError(msg)
         super().advance()
