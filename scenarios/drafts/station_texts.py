@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from kankaku.scenarios.drafts.sketch import Stop
+from kankaku.scenarios.drafts.unused_names import unused
 from kankaku.scenarios.reading.cell_texts import text_trouble
 
 OPTION = "--stations"
@@ -156,8 +157,5 @@ def identifiers(names: Iterable[str]) -> list[str]:
         stem = re.sub(r"[^a-z0-9]+", "_", plain).strip("_")[:LONGEST_ID].strip("_") or "station"
         if stem[0].isdigit() or stem in _WORDS:
             stem = f"s{stem}"
-        own, number = stem, 2
-        while own in found:
-            own, number = f"{stem}_{number}", number + 1
-        found.append(own)
+        found.append(unused(stem, found, "_"))
     return found

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from itertools import accumulate, pairwise
 
 from kankaku.railway.plan.earth import distance_m
+from kankaku.scenarios.drafts.unused_names import unused
 
 _OTHER = re.compile(r"[^A-Za-z0-9]+")
 _LONGEST_ID = 40
@@ -51,9 +52,5 @@ def identifiers(names: Iterable[str], *, small: bool = True) -> list[str]:
         plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
         stem = _OTHER.sub("-", plain).strip("-")[:_LONGEST_ID] or "x"
         stem = stem.lower() if small else stem
-        number, made = 1, stem
-        while made in found:
-            number += 1
-            made = f"{stem}-{number}"
-        found[made] = None
+        found[unused(stem, found)] = None
     return list(found)

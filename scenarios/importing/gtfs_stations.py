@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from kankaku.railway.plan.earth import distance_m
 from kankaku.scenarios.drafts.provenance_notes import SourceNotes
+from kankaku.scenarios.drafts.unused_names import unused
 from kankaku.scenarios.importing.gtfs_tables import FeedStop
 from kankaku.scenarios.importing.gtfs_trips import DayTrip
 
@@ -172,10 +173,6 @@ def identifiers(
     for name in names:
         plain = re.sub(odd, "_", name)[:longest]
         plain = plain if plain.strip("_.-") else "x"
-        unique, number = plain, 1
-        while unique.casefold() in taken:
-            number += 1
-            unique = f"{plain[: longest - len(str(number)) - 1]}_{number}"
-        taken.add(unique.casefold())
-        found[name] = unique
+        found[name] = unused(plain, taken, "_", longest, alike=str.casefold)
+        taken.add(found[name].casefold())
     return found

@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import NoReturn
 
 from kankaku.railway.errors import suggesting
+from kankaku.scenarios.drafts.unused_names import unused
 from kankaku.scenarios.importing.formats import SourceError
 from kankaku.scenarios.reading.cell_texts import printable, shown, text_trouble
+from kankaku.scenarios.reading.fields import LONGEST_NAME
 from kankaku.scenarios.reading.mistakes import Mistake
 
 MOST_TOLD = 50
 """Mistakes of a source that are told. [-]"""
-LONGEST_ID = 60
 _UNFIT = re.compile(r"[^A-Za-z0-9_.\-]+")
 
 
@@ -201,11 +202,8 @@ class SafeIds:
             Letters, digits, ``-``, ``_`` and ``.``; with a number where two would be alike.
         """
         if told not in self._given:
-            stem = _UNFIT.sub("-", told).strip("-")[:LONGEST_ID] or "x"
-            name, number = stem, 2
-            while name in self._taken:
-                name, number = f"{stem[: LONGEST_ID - 6]}-{number}", number + 1
-            self._given[told] = name
+            stem = _UNFIT.sub("-", told).strip("-")[:LONGEST_NAME] or "x"
+            self._given[told] = name = unused(stem, self._taken)
             self._taken.add(name)
         return self._given[told]
 

@@ -9,7 +9,11 @@ from kankaku.scenarios.reading.cell_texts import clock, number, text_trouble
 
 CLOCK_TEXT = "a time of day as HH:MM:SS, hours 0 to 99; after midnight they go on with 24"
 OPTION_TEXT = "a finite number, true or false, or a list of finite numbers"
-NAME_TEXT = "a text of letters a-z and A-Z, digits, '-', '_' and '.', at most 60 characters"
+LONGEST_NAME = 60
+"""Characters of an identifier. [-]"""
+NAME_TEXT = (
+    f"a text of letters a-z and A-Z, digits, '-', '_' and '.', at most {LONGEST_NAME} characters"
+)
 POINTS_TEXT = "a list of [km/h, kN], speeds up to 400 and forces up to 5000, at most 1000 of them"
 FASTEST_KMH, STRONGEST_KN, MOST_POINTS = 400.0, 5000.0, 1000
 MOST = 10_000
@@ -91,12 +95,12 @@ Points: TypeAlias = Annotated[
 ]
 Name: TypeAlias = Annotated[
     str,
-    StringConstraints(pattern=r"^[A-Za-z0-9_.\-]{1,60}$"),
+    StringConstraints(pattern=rf"^[A-Za-z0-9_.\-]{{1,{LONGEST_NAME}}}$"),
     Field(description=NAME_TEXT),
 ]
 MaybeName: TypeAlias = Annotated[
     str,
-    StringConstraints(pattern=r"^[A-Za-z0-9_.\-]{0,60}$"),
+    StringConstraints(pattern=rf"^[A-Za-z0-9_.\-]{{0,{LONGEST_NAME}}}$"),
     Field(description=f"{NAME_TEXT}; or nothing"),
 ]
 OptionalName: TypeAlias = Annotated[Name | None, Field(description=NAME_TEXT)]
