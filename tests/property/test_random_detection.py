@@ -4,7 +4,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from kankaku.railway.arrays import BoolArray, FloatArray
@@ -147,6 +147,18 @@ class Scene(NamedTuple):
         ways = {self.way(turnout, one), self.way(turnout, other)}
         return None not in ways and len(ways) == 2
 
+    def parts_or_joins(self, turnout: Turnout, one: int, other: int) -> bool:
+        """Return whether two trains pass points on different tracks on either side of them."""
+        at_m = turnout.position_m
+        for section in self.world.line.sections:
+            if at_m in {section.start_m, section.end_m}:
+                own = {track.id for track in section.tracks}
+                routes = (self.world.timetable.services[row].route for row in (one, other))
+                tracks = [own.intersection(route) for route in routes]
+                if all(tracks) and tracks[0] != tracks[1]:
+                    return True
+        return False
+
     def within(self, turnout: Turnout, row: int) -> bool:
         """Return whether any part of a train is in the fouling section of points."""
         past_start = self.front_m[row] > turnout.fouling_start_m
@@ -264,7 +276,7 @@ def granted_to_m(scene: Scene) -> FloatArray:
         first = max(coming, key=lambda row: scene.front_m[row], default=-1)
         for row in coming:
             outside = scene.front_m[row] <= turnout.fouling_start_m
-            if outside and scene.other_way(turnout, row, first):
+            if outside and scene.parts_or_joins(turnout, row, first):
                 granted_to_m[row] = min(granted_to_m[row], turnout.fouling_start_m)
     return granted_to_m
 
@@ -281,6 +293,8 @@ def scene_apart(rng: np.random.Generator, world: World) -> Scene:
     return scene_at(world, front_m, present)
 
 
+# Two tracks that join where three begin: both trains go on along one of these.
+@example(477_928)
 @MANY
 @given(SEEDS)
 def test_trains_that_stop_before_danger_never_enter_an_occupied_circuit(seed: int) -> None:
