@@ -6,6 +6,7 @@ from math import ceil
 from typing import Any
 
 from kankaku.scenarios.drafts.draft import Draft
+from kankaku.scenarios.drafts.station_sizes import WAITING_BLOCK_M
 from kankaku.scenarios.reading.row_formats import BlockRow, LinkRow, NodeRow, TrackRow
 
 LONGEST_BLOCK_M = 250.0
@@ -64,7 +65,8 @@ def _even_blocks_of(draft: Draft, longest_m: float) -> list[BlockRow]:
     nodes = [row for row in draft.rows.get("nodes.csv", ()) if isinstance(row, NodeRow)]
     links = [row for row in tracks if isinstance(row, LinkRow)]
     chain = [row for row in tracks if isinstance(row, TrackRow)]
-    return even_blocks(nodes, links, longest_m) + [
+    train_m = max(entry["length_m"] for entry in draft.stock["train"].values())
+    return even_blocks(nodes, links, longest_m, train_m) + [
         block
         for row in chain
         for block in blocks_between(row.id, (row.start_km, row.end_km), longest_m)
@@ -96,12 +98,17 @@ def longest_block_m(train_types: Mapping[str, Mapping[str, Any]]) -> float:
 
 
 def even_blocks(
-    nodes: Sequence[NodeRow], links: Sequence[LinkRow], longest_m: float = LONGEST_BLOCK_M
+    nodes: Sequence[NodeRow],
+    links: Sequence[LinkRow],
+    longest_m: float = LONGEST_BLOCK_M,
+    train_m: float = 0.0,
 ) -> list[BlockRow]:
     """
     Divide every track into even blocks, from where points are fouled to where the next ones are.
 
     A train that waits before points would else have to wait before the block that they lie in.
+    Between two points blocks are so short that a train is clear of the first ones as soon as it is
+    in the last block before the second ones, where there is room for that.
 
     Parameters
     ----------
@@ -111,6 +118,8 @@ def even_blocks(
         The tracks.
     longest_m
         No block is longer. [m]
+    train_m
+        Length of the longest train. [m]
 
     Returns
     -------
@@ -123,7 +132,10 @@ def even_blocks(
         low, high = node_of[link.from_node], node_of[link.to_node]
         inside_km = {low.fouling_end_km, high.fouling_start_km}
         edges = sorted({low.km, *(km for km in inside_km if low.km < km < high.km), high.km})
-        parts = [_edges_km(ends_km, longest_m) for ends_km in pairwise(edges)]
+        last_m = 1000.0 * (high.fouling_start_km - low.fouling_end_km) - train_m
+        waits = low.kind == high.kind == "points" and last_m >= WAITING_BLOCK_M
+        most_m = min(longest_m, last_m) if waits else longest_m
+        parts = [_edges_km(ends_km, most_m) for ends_km in pairwise(edges)]
         rows += _blocks(link.id, [low.km, *(km for part in parts for km in part[1:])])
     return rows
 

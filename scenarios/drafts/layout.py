@@ -23,7 +23,13 @@ from kankaku.scenarios.drafts.meetings import NEAREST_THROAT, THROATS, Loops, Ro
 from kankaku.scenarios.drafts.refusals import refuse
 from kankaku.scenarios.drafts.single_line import later_than, with_sidings, without_clashes
 from kankaku.scenarios.drafts.sketch import Sketch
-from kankaku.scenarios.drafts.station_sizes import BEYOND_M, PROOF_S, THROW_S, platform_m
+from kankaku.scenarios.drafts.station_sizes import (
+    BEYOND_M,
+    PROOF_S,
+    THROW_S,
+    WAITING_BLOCK_M,
+    platform_m,
+)
 from kankaku.scenarios.drafts.stays import CLEARING_S, dwell_at, shared, stays_of
 from kankaku.scenarios.reading.row_formats import (
     CallRow,
@@ -122,13 +128,13 @@ class _Builder:
         self._throat, self._roomy, self._clearing_s = throat, roomy, roominess.clearing_s
         self._length_m = max(float(entry["length_m"]) for entry in sketch.train_types.values())
         self._platform_m = platform_m(self._length_m)
+        self._waiting_km = (self._length_m + WAITING_BLOCK_M) / 1000.0 if roomy else 0.0
         self._kept = _turned_at(sketch)
         self.loops = Loops(set(self._kept))
         self._asked = self._sketch = sketch
         if sketch.single_track:
             half_km = self._platform_m / 2000.0
-            between_km = self._length_m / 1000.0 if roomy else 0.0
-            room = Room(half_km, half_km + sum(throat) / 1000.0, between_km)
+            room = Room(half_km, half_km + sum(throat) / 1000.0, self._waiting_km)
             self.loops = loops_of(sketch, self._kept, room, everywhere=roominess.everywhere)
             self._asked = with_sidings(sketch, self.loops)
             own = [
@@ -228,9 +234,9 @@ class _Builder:
         for one, other in pairwise(self._sites):
             before, after = self._places[one.id], self._places[other.id]
             between_km = fouling_km * (bool(before.tracks) + bool(after.tracks))
-            if before.tracks and after.tracks and self._roomy:
+            if before.tracks and after.tracks:
                 # A train that stands between two points fouls neither.
-                between_km += self._length_m / 1000.0
+                between_km += self._waiting_km
             if before.high_km + between_km >= after.low_km:
                 away_m = 1000.0 * (other.km - one.km)
                 need_m = away_m + 1000.0 * (before.high_km + between_km - after.low_km)

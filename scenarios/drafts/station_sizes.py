@@ -8,6 +8,11 @@ PLATFORM_MARGIN_M = 10.0
 """Platforms are longer than the longest train by so much. [m]"""
 BEYOND_M = 50.0
 """From a platform to the buffer stop at the end of the line. [m]"""
+WAITING_BLOCK_M = 30.0
+"""
+Who waits between two points has room for itself and a block so long: under step codes a train may
+come to a stand as soon as it is in the last block before them. [m]
+"""
 THROW_S, PROOF_S = 5.0, 1.5
 """Time that points take to throw, and to be proved. [s]"""
 
