@@ -120,7 +120,7 @@ class Bundling:
             return 0, memories
         if radio is not None:
             self._recorder.heard(taken)
-        self._recorder.wrote(taken, sampling, samples, until_sample)
+        self._recorder.wrote(taken, samples, until_sample)
         self._engine.moved(commanded_mps[:taken], front_m, speed_mps)
         (_, permitted), (_, planned), _ = self._prepared
         protection, operation = self._layers[:2]

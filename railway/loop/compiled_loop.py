@@ -176,7 +176,7 @@ def keep(
     ends: tuple[FloatArray, FloatArray],
 ) -> None:
     """
-    Record the start of a step; of trains that are not on the line, where they are.
+    Record the start of a step, of trains that are on the line.
 
     Parameters
     ----------
@@ -190,9 +190,8 @@ def keep(
         Ends of authority [m], and delays with which they count. [s], shape (n_trains,) each
     """
     front_m, speed_mps, rows = trains
-    for row in range(front_m.size):
-        kept.front_m[at, row], kept.speed_mps[at, row] = front_m[row], speed_mps[row]
     for row in rows:
+        kept.front_m[at, row], kept.speed_mps[at, row] = front_m[row], speed_mps[row]
         kept.eoa_m[at, row], kept.delay_s[at, row] = ends[0][row], ends[1][row]
 
 

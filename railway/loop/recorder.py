@@ -6,16 +6,15 @@ from typing import Protocol
 import numpy as np
 
 from kankaku.railway.arrays import BoolArray, FloatArray, IntArray
+from kankaku.railway.compiled import formula
 from kankaku.railway.loop.compiled_loop import BlockRows, Sampling
+from kankaku.railway.loop.sampled_reasons import SampledReasons
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Command, Controller
-from kankaku.railway.step.reasons import Reasons, nothing_found
+from kankaku.railway.step.reasons import Reasons
 from kankaku.railway.step.records import Trajectory
-from kankaku.railway.step.state import NO_REASON, NO_VERSION, Advice, Authority, LineState, Reason
+from kankaku.railway.step.state import NO_VERSION, Advice, Authority, LineState
 from kankaku.railway.step.step_block import BLOCK_STEPS, Examiner, StepBlock
-
-DWELLING = int(Reason.DWELLING)
-
 
 class Listener(Protocol):
     """Whoever wants to hear of steps before a block of them is full."""
@@ -56,19 +55,17 @@ class Recorder:
         shape = (BLOCK_STEPS + 1, world.size)
         self._time_s = np.empty(BLOCK_STEPS + 1)
         self._front_m, self._speed_mps, self._eoa_m, self._delay_s = np.zeros((4, *shape))
-        self._heard_s = np.empty(shape)
+        self._heard_s = np.zeros(shape)
         self._without_radio_s = np.full(world.size, np.inf)
-        self._next_call = np.empty(shape, dtype=np.intp)
-        self._present, self._running, self._surprised = np.empty((3, *shape), dtype=np.bool_)
+        self._next_call = np.zeros(shape, dtype=np.intp)
+        self._present, self._running, self._surprised = np.zeros((3, *shape), dtype=np.bool_)
         self._emergency = np.zeros(shape, dtype=np.bool_)
         self._written = 0
         self._filled = 0
         self._versions = (NO_VERSION, NO_VERSION, NO_VERSION)
         self._lasting: tuple[FloatArray | IntArray | BoolArray, ...] = ()
-        self._until_sample = 0
-        self._sample_every = max(1, round(1.0 / world.step_s))
-        self._sampled: list[int] = []
-        self._reasoned: list[IntArray] = []
+        every = max(1, round(1.0 / world.step_s))
+        self._sampled = SampledReasons(self._reasons, world.size, every)
         self._samples: list[tuple[FloatArray | IntArray, ...]] = []
         self.train_steps = 0
         self._listeners: list[Listener] = []
@@ -83,20 +80,20 @@ class Recorder:
         listener
             It changes nothing of what is examined.
         """
-        self._heard_to, self._reasons_to = max(self._written - 1, 0), len(self._reasoned)
+        self._heard_to, self._reasons_to = max(self._written - 1, 0), len(self._sampled.at)
         self._listeners.append(listener)
 
     def tell(self) -> None:
         """Tell the listeners of the steps since they were told last."""
         if not self._listeners or self._written - self._heard_to < 2:
             return
-        block, reasons = None, self._reasoned
+        block, reasons = None, self._sampled.since(self._reasons_to)
         if any(listener.wants_blocks for listener in self._listeners):
             self._fill()
             block = self._rows(slice(self._heard_to, self._written))
         for listener in self._listeners:
-            listener.hear(block, reasons[self._reasons_to :])
-        self._heard_to, self._reasons_to = self._written - 1, len(reasons)
+            listener.hear(block, reasons)
+        self._heard_to, self._reasons_to = self._written - 1, len(self._sampled.at)
 
     def write(
         self, state: LineState, authority: Authority, advice: Advice, command: Command
@@ -117,12 +114,9 @@ class Recorder:
         """
         self._reasons.check(advice)
         at = self._written
-        if self._until_sample == 0:
-            # In this order: a reason that is refused leaves what is recorded whole.
-            self._reasoned.append(self._reasons.of(state, authority, advice, command))
-            self._sampled.append(at)
-            self._until_sample = self._sample_every
-        self._until_sample -= 1
+        if self._sampled.until == 0:
+            self._sampled.take(at, self._reasons.of(state, authority, advice, command))
+        self._sampled.stepped()
         # Copied at once: arrays that are kept alive for a block cost more than their copies.
         self._time_s[at] = state.time_s
         self._front_m[at] = state.front_m
@@ -137,9 +131,9 @@ class Recorder:
             self._fill()
             self._versions = versions
             self._lasting = (
+                state.present,
                 state.next_call,
                 state.wayside.surprised,
-                state.present,
                 state.running,
                 self._without_radio_s if radio is None else radio.heard_s,
             )
@@ -161,13 +155,10 @@ class Recorder:
         tuple[int, BlockRows, Sampling]
             At least one step, and where they and samples of them go.
         """
-        at, every = self._written, self._sample_every
-        steps = min(BLOCK_STEPS + 1 - at, wanted)
-        size, most = self._front_m.shape[1], steps // every + 1
+        at = self._written
         arrays = self._time_s, self._front_m, self._speed_mps, self._eoa_m, self._delay_s
-        found, asked = nothing_found(most, size), np.zeros((most, 2, size), dtype=np.intp)
-        asked[:, 0] = NO_REASON
-        return steps, BlockRows(at, *arrays), Sampling(self._until_sample, every, found, asked)
+        steps = min(BLOCK_STEPS + 1 - at, wanted)
+        return steps, BlockRows(at, *arrays), self._sampled.space()
 
     def heard_rows(self) -> FloatArray:
         """
@@ -190,14 +181,15 @@ class Recorder:
         steps
             How many it took. [-]
         """
-        bundle = slice(self._written, self._written + steps)
-        kept = self._next_call, self._surprised, self._present, self._running
-        for written, values in zip(kept, self._lasting, strict=False):
-            written[bundle] = values
-        self._filled = bundle.stop
-        self._lasting = (*self._lasting[:-1], self._heard_s[bundle.stop - 1].copy())
+        end = self._written + steps
+        heard_s = self._heard_s[self._written : end].copy()
+        self._written, written = end, self._written
+        self._fill()
+        self._written = written
+        self._heard_s[written:end] = heard_s
+        self._lasting = (*self._lasting[:-1], heard_s[-1])
 
-    def wrote(self, steps: int, sampling: Sampling, samples: int, until_sample: int) -> None:
+    def wrote(self, steps: int, samples: int, until_sample: int) -> None:
         """
         Take note of steps that were written in one go.
 
@@ -205,8 +197,6 @@ class Recorder:
         ----------
         steps
             How many. [-]
-        sampling
-            From :meth:`space`.
         samples
             How many of them were sampled. [-]
         until_sample
@@ -214,13 +204,7 @@ class Recorder:
         """
         at = self._written
         self._emergency[at : at + steps] = False
-        if samples:
-            found = sampling.found[:samples]
-            self._reasons.check_sampled(found, sampling.asked[:samples])
-            first = at + sampling.until_sample
-            self._reasoned.extend(found)
-            self._sampled.extend(range(first, first + samples * sampling.every, sampling.every))
-        self._until_sample = until_sample
+        self._sampled.wrote(at, samples, until_sample)
         self._written += steps
         if self._written > BLOCK_STEPS:
             self.flush()
@@ -228,23 +212,18 @@ class Recorder:
     def _fill(self) -> None:
         """Write what lasts from event to event for the steps since it was written last."""
         if self._filled < self._written:
-            steps = slice(self._filled, self._written)
-            kept = (
-                self._next_call,
-                self._surprised,
-                self._present,
-                self._running,
-                self._heard_s,
-            )
-            for written, values in zip(kept, self._lasting, strict=True):
-                written[steps] = values
+            steps = self._filled, self._written
+            present, *lasting = self._lasting
+            self._present[slice(*steps)] = present
+            written = self._next_call, self._surprised, self._running, self._heard_s
+            _write_lasting(steps, np.flatnonzero(present), tuple(lasting), written)
         self._filled = self._written
 
     def flush(self) -> None:
         """Hand the steps so far to the examiners."""
         self._fill()
         self.tell()
-        if self._sampled:
+        if self._sampled.at:
             self._samples.append(self._sample())
         block = self._block()
         self.train_steps += int(np.count_nonzero(block.present))
@@ -280,18 +259,16 @@ class Recorder:
 
     def _sample(self) -> tuple[FloatArray | IntArray, ...]:
         """Return the samples among what was written."""
-        at = self._sampled
+        at = list(self._sampled.at)
         present = self._present[at]
         sample, row = present.nonzero()
-        reasoned = np.array(self._reasoned).transpose(1, 0, 2)[:, present]
-        self._sampled, self._reasoned = [], []
         return (
             self._time_s[at][sample],
             row,
             self._front_m[at][present],
             self._speed_mps[at][present],
             self._eoa_m[at][present],
-            *reasoned,
+            *self._sampled.told(present),
         )
 
     def _block(self) -> StepBlock:
@@ -336,3 +313,24 @@ class Recorder:
             self._heard_s[steps, rows],
             self._emergency[steps, rows],
         )
+
+
+@formula
+def _write_lasting(
+    steps: tuple[int, int],
+    rows: IntArray,
+    lasting: tuple[IntArray, BoolArray, BoolArray, FloatArray],
+    written: tuple[IntArray, BoolArray, BoolArray, FloatArray],
+) -> None:
+    """
+    Write what lasts into some steps of a block, for the trains on the line.
+
+    Call, surprise, whether a train runs and when it was sent what it has heard: of shape
+    (n_trains,) each, and of shape (n_steps, n_trains) where they are written to.
+    """
+    next_call, surprised, running, heard_s = lasting
+    calls, surprises, runs, heard = written
+    for step in range(steps[0], steps[1]):
+        for row in rows:
+            calls[step, row], surprises[step, row] = next_call[row], surprised[row]
+            runs[step, row], heard[step, row] = running[row], heard_s[row]

@@ -25,7 +25,8 @@ class Leaders:
     has to leave first, before points that have to be thrown, and behind the place where a train
     that goes first will begin. Only a train that enters, or asks for its way where turns go to who
     comes first, a tail that leaves a track, and the end of a throw change anything, so between
-    those events the arrays stand still.
+    those events the arrays stand still. In a network they say nothing of a train before it enters,
+    or after it has left: a train there may come after all others of the day.
     """
 
     def __init__(self, world: World) -> None:
@@ -39,9 +40,6 @@ class Leaders:
         self._entered = [self._asks_all] * world.size
         self._gone = [False] * world.size
         self._leaves_at_stop = world.leaves_at_stop.tolist()
-        for row, order in enumerate(world.orders):
-            for before in (*order.ahead, *(one for waits in order.waits for one in waits)):
-                self._depend(row, before)
         points = world.line.turnouts
         self._first_come = FirstCome(world) if world.line.first_come else None
         self._asked = [0 if world.line.first_come else len(way) for way in self._ways]
@@ -65,7 +63,16 @@ class Leaders:
         self.follows: BoolArray = np.zeros(size, dtype=np.bool_)
         self.leader: IntArray = np.full(size, -1, dtype=np.intp)
         self.next_clear_m: FloatArray = np.array([way[0].clear_m for way in self._ways])
-        self._follow(range(size), -np.inf)
+        if self._asks_all:
+            rows = range(size)
+            self._depend_on_all_before(rows)
+            self._follow(rows, -np.inf)
+
+    def _depend_on_all_before(self, rows: Iterable[int]) -> None:
+        for row in rows:
+            waits = (one for waits in self._waits[row] for one in waits)
+            for before in (*self._ahead[row], *waits):
+                self._depend(row, before)
 
     def _depend(self, row: int, before: Predecessor) -> None:
         """Note on whom a train depends: on those before a train that is not there, too."""
@@ -85,7 +92,8 @@ class Leaders:
 
     def _follow(self, rows: Iterable[int], time_s: float) -> None:
         for row in rows:
-            self._find(row, time_s)
+            if self._entered[row] and not self._gone[row]:
+                self._find(row, time_s)
         self.next_s = min(self._thrown.values(), default=np.inf)
 
     def _find(self, row: int, time_s: float) -> None:
@@ -155,7 +163,7 @@ class Leaders:
         self._thrown[row] = ready_s
         return last
 
-    def enter(self, rows: Iterable[int], time_s: float) -> None:
+    def enter(self, rows: Sequence[int], time_s: float) -> None:
         """
         Let trains be followed that begin on the way of others.
 
@@ -169,10 +177,11 @@ class Leaders:
         """
         if self._asks_all:
             return
-        concerned = set[int]()
+        concerned = set(rows)
         for row in rows:
             self._entered[row] = True
             concerned |= self._dependents[row]
+        self._depend_on_all_before(rows)
         self._follow(concerned, time_s)
 
     def clear(self, rows: IntArray, time_s: float) -> None:
@@ -212,12 +221,13 @@ class Leaders:
         self._at[row] = len(self._ways[row])
         self.next_clear_m[row] = np.inf
         self._gone[row] = True
-        behind = self._dependents[row]
+        self._thrown.pop(row, None)
+        behind = {one for one in self._dependents[row] if not self._gone[one]}
         # Whoever it was following may not be through yet: the trains behind it follow that one.
         for before in self._ahead[row]:
             for other in behind:
                 self._depend(other, before)
-        self._follow({row, *behind}, time_s)
+        self._follow(behind, time_s)
 
     def _next_ask_m(self, row: int) -> float:
         """Return where a train asks for the next passage that has to be asked for. [m]"""
@@ -277,8 +287,7 @@ class Leaders:
             if ahead != self._ahead[row] or one.waits != self._waits[row]:
                 changed.add(row)
                 self._ahead[row], self._waits[row] = ahead, one.waits
-                for before in (*ahead, *(b for waits in one.waits for b in waits)):
-                    self._depend(row, before)
+        self._depend_on_all_before(row for row in changed if self._entered[row])
         return changed
 
     def thrown(self, time_s: float) -> bool:
