@@ -198,10 +198,12 @@ class PlainEngine:
             None while a train waits to enter.
         """
         now_s, stop_s = self._now_s, self._next_release_s
-        if self._waiting:
-            booked_s = self._world.booked_arrival_s[:, 0]
-            free_s = np.maximum(booked_s[self._waiting], self._shut_s[self._waiting])
-            stop_s = min(stop_s, float(free_s.min()))
+        # They wait in the order of their booked times.
+        for row in self._waiting:
+            booked_s = float(self._world.booked_arrival_s[row, 0])
+            if booked_s >= stop_s:
+                break
+            stop_s = min(stop_s, max(booked_s, float(self._shut_s[row])))
         if now_s >= stop_s - ROUNDING_S:
             return None
         steps = np.arange(self._steps, self._steps + MOST_STEPS, dtype=np.float64)

@@ -5,7 +5,7 @@ What conflicts is worked out anew from the tracks themselves, in pairs of whole 
 is believed of what was granted to whom, or in which order.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations, pairwise
 from typing import NamedTuple
 
@@ -24,7 +24,8 @@ ROUNDING_S = 1e-3
 class Taking(NamedTuple):
     """Trains that take a stretch in one way."""
 
-    rows: IntArray
+    takes: BoolArray
+    """Which trains. shape (n_trains,)"""
     start_m: float
     """In the coordinate of their routes. [m]"""
     end_m: float
@@ -109,7 +110,7 @@ class Movements:
 
     def _within(self, block: StepBlock, group: Taking) -> tuple[IntArray, BoolArray, FloatArray]:
         """Return the columns of a group, in which steps they are in the stretch, and how deep."""
-        columns = np.flatnonzero(np.isin(block.rows, group.rows))
+        columns = np.flatnonzero(group.takes[block.rows])
         front_m = block.front_m[1:, columns]
         tail_m = front_m - self._world.length_m[block.rows[columns]]
         within = block.present[:, columns] & (tail_m < group.end_m)
@@ -169,26 +170,24 @@ def _opposing(world: World) -> Iterator[Clash]:
     ways: dict[str, list[Track]] = {}
     for track in world.line.network:
         ways.setdefault(track.place, []).append(track)
-    users = _users(world)
-    for tracks in ways.values():
-        for one, other in combinations(tracks, 2):
-            yield Clash(
-                "opposing",
-                Taking(users.get(one.id, _NONE), one.start_m, one.end_m),
-                Taking(users.get(other.id, _NONE), other.start_m, other.end_m),
-                0.0,
-            )
-
-
-_NONE: IntArray = np.zeros(0, dtype=np.intp)
-
-
-def _users(world: World) -> dict[str, IntArray]:
-    found: dict[str, list[int]] = {}
+    users: dict[str, list[int]] = {}
     for row, service in enumerate(world.timetable.services):
         for track in service.route:
-            found.setdefault(track, []).append(row)
-    return {track: np.array(rows, dtype=np.intp) for track, rows in found.items()}
+            users.setdefault(track, []).append(row)
+    for tracks in ways.values():
+        for pair in combinations(tracks, 2):
+            one, other = (
+                Taking(_among(users.get(track.id, []), world), track.start_m, track.end_m)
+                for track in pair
+            )
+            yield Clash("opposing", one, other, 0.0)
+
+
+def _among(rows: Sequence[int], world: World) -> BoolArray:
+    """Return of every train whether it is one of some rows."""
+    found = np.zeros(world.size, dtype=np.bool_)
+    found[list(rows)] = True
+    return found
 
 
 def _crossing(world: World) -> Iterator[Clash]:
@@ -208,7 +207,7 @@ def _crossing(world: World) -> Iterator[Clash]:
             for move, users in ((one, rows), (other, others)):
                 falling = line.track_by_id[move[0]].direction is Direction.FALLING
                 ends_m = mirrored if falling else (turnout.fouling_start_m, turnout.fouling_end_m)
-                taken.append(Taking(np.array(users, dtype=np.intp), *ends_m))
+                taken.append(Taking(_among(users, world), *ends_m))
             yield Clash("fouling", taken[0], taken[1], turnout.throw_s + turnout.proof_s)
 
 

@@ -40,6 +40,8 @@ class Leaders:
         self._entered = [self._asks_all] * world.size
         self._gone = [False] * world.size
         self._leaves_at_stop = world.leaves_at_stop.tolist()
+        self._beyond: dict[Predecessor, Predecessor] = {}
+        """Who was before a train that has ended its trip, and is still there or was last."""
         points = world.line.turnouts
         self._first_come = FirstCome(world) if world.line.first_come else None
         self._asked = [0 if world.line.first_come else len(way) for way in self._ways]
@@ -81,14 +83,22 @@ class Leaders:
 
     def _chain(self, before: Predecessor) -> Iterator[Predecessor]:
         """Yield who is before on a track, up to the first one that is there or is to come."""
+        before = self._still_there(before)
         while before.row >= 0:
             yield before
-            if self._gone[before.row] and self._leaves_at_stop[before.row]:
-                before = self._ahead[before.row][before.passage]
-            elif before.passage == 0 and not self._entered[before.row]:
-                before = self._ahead[before.row][0]
-            else:
+            if before.passage > 0 or self._entered[before.row]:
                 return
+            before = self._still_there(self._ahead[before.row][0])
+
+    def _still_there(self, before: Predecessor) -> Predecessor:
+        """Return who is before on a track but for trains that ended their trips there."""
+        passed = list[Predecessor]()
+        while before.row >= 0 and self._gone[before.row] and self._leaves_at_stop[before.row]:
+            passed.append(before)
+            before = self._beyond.get(before, self._ahead[before.row][before.passage])
+        # Else a whole day of trains is passed again for every one that follows.
+        self._beyond.update(dict.fromkeys(passed, before))
+        return before
 
     def _follow(self, rows: Iterable[int], time_s: float) -> None:
         for row in rows:
@@ -131,8 +141,6 @@ class Leaders:
         """Return the train ahead on a track, and the next one that will begin in between."""
         expected, ahead = -1, NO_PREDECESSOR
         for one in self._chain(before):
-            if self._gone[one.row] and self._leaves_at_stop[one.row]:
-                continue
             if one.passage > 0 or self._entered[one.row]:
                 ahead = one
             elif expected < 0:
@@ -286,6 +294,7 @@ class Leaders:
             ahead = list(one.ahead)
             if ahead != self._ahead[row] or one.waits != self._waits[row]:
                 changed.add(row)
+                self._beyond.clear()
                 self._ahead[row], self._waits[row] = ahead, one.waits
         self._depend_on_all_before(row for row in changed if self._entered[row])
         return changed
