@@ -23,7 +23,6 @@ from kankaku.railway.plan.brake_table import (
     BrakeTable,
     braking_loss_mps,
     braking_v2_at,
-    braking_v2_each,
 )
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.bundles import LayerSteps
@@ -100,8 +99,6 @@ class TractionDrive:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._rows = np.arange(world.size)
-        self._braking = world.braking
         service, emergency = map(world.of_type, ("service_brake_mps2", "emergency_brake_mps2"))
         self._abilities = plain(
             Abilities(
@@ -113,8 +110,8 @@ class TractionDrive:
             )
         )
         self._manner = plain(manner_of(world))
-        nowhere_m = np.full(world.size, np.nan)
-        self._stops = plain(Stops(nowhere_m, nowhere_m, nowhere_m, nowhere_m))
+        self._stops = plain(Stops(*np.full((4, world.size), np.nan)))
+        self._booked = world.stop_m, world.booked_departure_s
         self._calls_version = NO_VERSION
         self._nobody = np.zeros(world.size, dtype=np.bool_)
         self._drivers = plain(
@@ -159,11 +156,26 @@ class TractionDrive:
     def _take_up_calls(self, state: LineState) -> None:
         if state.calls_version != self._calls_version:
             self._calls_version = state.calls_version
-            v2_m2ps2 = braking_v2_each(self._braking, self._rows, state.stop_m)
-            last = np.maximum(state.next_call - 1, 0)
-            from_m = np.where(state.next_call > 0, self._world.stop_m[self._rows, last], np.nan)
-            booked_s = self._world.booked_departure_s[self._rows, last]
-            self._stops = plain(Stops(from_m, booked_s, state.stop_m, v2_m2ps2))
+            calls = np.flatnonzero(state.present), state.next_call, state.stop_m
+            _take_up(calls, self._booked, self._world.braking, self._stops)
+
+
+@formula
+def _take_up(
+    calls: tuple[IntArray, IntArray, FloatArray],
+    booked: tuple[FloatArray, FloatArray],
+    braking: BrakeTable,
+    stops_fields: Plain,
+) -> None:
+    """Write the last and the next stops of the trains on the line."""
+    rows, next_call, stop_m = calls
+    stops = Stops(*stops_fields)
+    for train in rows:
+        call = next_call[train]
+        stops.from_m[train] = booked[0][train, call - 1] if call > 0 else np.nan
+        stops.booked_s[train] = booked[1][train, max(call - 1, 0)]
+        stops.stop_m[train] = stop_m[train]
+        stops.v2_m2ps2[train] = braking_v2_at(braking, train, stop_m[train])
 
 
 @formula

@@ -151,8 +151,10 @@ class MovingBlock:
     def authorise(self, state: LineState, memory: Ahead) -> tuple[Authority, Ahead]:
         """Return the authority of every train."""
         if state.calls_version != memory.calls_version:
-            rows = np.arange(self._world.size)
-            memory = Ahead(state.calls_version, self._world.platform_m[:, rows, state.next_call])
+            rows = np.flatnonzero(state.present)
+            section_m = np.zeros((2, self._world.size))
+            section_m[:, rows] = self._world.platform_m[:, rows, state.next_call[rows]]
+            memory = Ahead(state.calls_version, section_m)
         told = self._untold(state)
         _protect(state.instant, self._fields(memory), (), (), told)
         return authority_of(told, self._at_once.permission(told[0])), memory

@@ -71,6 +71,8 @@ class Movements:
         """
         deep_m = {kind: np.zeros(block.present.shape) for kind in ("opposing", "fouling")}
         for clash in self._clashes:
+            if not (clash.one.takes[block.rows].any() and clash.other.takes[block.rows].any()):
+                continue
             one, other = (self._within(block, group) for group in (clash.one, clash.other))
             both = one[1].any(axis=1) & other[1].any(axis=1)
             if not both.any():
@@ -103,7 +105,7 @@ class Movements:
             Row of the train, ``points`` or ``turn_back``, when, and how much too early. [s]
         """
         for number, clash in enumerate(self._clashes):
-            if clash.apart_s > 0.0:
+            if clash.apart_s > 0.0 and (clash.one.takes | clash.other.takes)[block.rows].any():
                 yield from self._unthrown(block, number, clash)
         if self._turn_back_s.any():
             yield from self._too_soon(block)
