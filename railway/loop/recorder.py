@@ -16,6 +16,7 @@ from kankaku.railway.step.records import Trajectory
 from kankaku.railway.step.state import NO_VERSION, Advice, Authority, LineState
 from kankaku.railway.step.step_block import BLOCK_STEPS, Examiner, StepBlock
 
+
 class Listener(Protocol):
     """Whoever wants to hear of steps before a block of them is full."""
 
@@ -55,6 +56,8 @@ class Recorder:
         shape = (BLOCK_STEPS + 1, world.size)
         self._time_s = np.empty(BLOCK_STEPS + 1)
         self._front_m, self._speed_mps, self._eoa_m, self._delay_s = np.zeros((4, *shape))
+        # Before a train enters, whoever measures all steps of it needs a place on its way.
+        self._front_m[:] = world.stop_m[:, 0]
         self._heard_s = np.zeros(shape)
         self._without_radio_s = np.full(world.size, np.inf)
         self._next_call = np.zeros(shape, dtype=np.intp)

@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 
 from kankaku.railway.arrays import GRAVITY_MPS2, FloatArray, IntArray
-from kankaku.railway.compiled import formula, interpolated
 from kankaku.railway.plan.brake_table import SPACING_M, BrakeTable
 from kankaku.railway.plan.buffers import Buffers
 from kankaku.railway.plan.limit_table import LimitTable
@@ -162,60 +161,6 @@ class Profile:
         starts: FloatArray = type_index.astype(np.float64) * columns - self.origin_m
         return starts
 
-    def drag_at_mps2(self, type_index: IntArray, chainage_m: FloatArray) -> FloatArray:
-        """
-        Return what gradient and curves take from trains at some places.
-
-        Parameters
-        ----------
-        type_index
-            Row of each train's type. [-], shape (n_trains,)
-        chainage_m
-            Fronts, within the tables. [m], shape (..., n_trains)
-
-        Returns
-        -------
-        FloatArray
-            Decelerations. [m/s2], same shape
-        """
-        return _each(self.drags_mps2, chainage_m, self.row_starts(type_index))
-
-    def curve_drag_at_mps2(self, type_index: IntArray, chainage_m: FloatArray) -> FloatArray:
-        """
-        Return what curves take from trains at some places.
-
-        Parameters
-        ----------
-        type_index
-            Row of each train's type. [-], shape (n_trains,)
-        chainage_m
-            Fronts, within the tables. [m], shape (..., n_trains)
-
-        Returns
-        -------
-        FloatArray
-            Decelerations. [m/s2], same shape
-        """
-        return _each(self._curve_drags_mps2, chainage_m, self.row_starts(type_index))
-
-    def lift_at_m2ps2(self, type_index: IntArray, chainage_m: FloatArray) -> FloatArray:
-        """
-        Return the potential energy of trains at some places.
-
-        Parameters
-        ----------
-        type_index
-            Row of each train's type. [-], shape (n_trains,)
-        chainage_m
-            Fronts, within the tables. [m], shape (..., n_trains)
-
-        Returns
-        -------
-        FloatArray
-            By inertial mass, from any height on. [m2/s2], same shape
-        """
-        return _each(self._lifts_m2ps2, chainage_m, self.row_starts(type_index))
-
     @cached_property
     def _braking_v2_m2ps2(self) -> FloatArray:
         return 2.0 * self.potential_m2ps2.ravel()
@@ -226,27 +171,14 @@ class Profile:
         return self.drag_mps2.ravel()
 
     @cached_property
-    def _curve_drags_mps2(self) -> FloatArray:
+    def curve_drags_mps2(self) -> FloatArray:
+        """:attr:`curve_drag_mps2`, one type after the other. [m/s2], shape (n_types * n_grid,)"""
         return self.curve_drag_mps2.ravel()
 
     @cached_property
-    def _lifts_m2ps2(self) -> FloatArray:
+    def lifts_m2ps2(self) -> FloatArray:
+        """:attr:`lift_m2ps2`, one train type after the other. [m2/s2], shape (n_types * n_grid,)"""
         return self.lift_m2ps2.ravel()
-
-
-def _each(table: FloatArray, chainage_m: FloatArray, row_start: FloatArray) -> FloatArray:
-    """Interpolate for every train; chainages of shape (..., n_trains)."""
-    places = chainage_m + row_start
-    values = np.empty(places.shape)
-    _interpolate(table, places.ravel(), values.reshape(-1))
-    return values
-
-
-@formula
-def _interpolate(table: FloatArray, places: FloatArray, values: FloatArray) -> None:
-    """Interpolate at places one after the other: one kind of array, and one compilation."""
-    for index in range(places.size):
-        values[index] = interpolated(table, places[index])
 
 
 def _limits_of(

@@ -5,8 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from kankaku.railway.loop.recorder import DWELLING, Recorder
+from kankaku.railway.loop.recorder import Recorder
 from kankaku.railway.loop.tracker import Tracker
+from kankaku.railway.step.reasons import DWELLING
 from kankaku.railway.step.state import Reason
 from kankaku.railway.step.step_block import BLOCK_STEPS, StepBlock
 from kankaku.testing.example_lines import two_station_scenario, world_of
