@@ -1,7 +1,7 @@
 """Records every step cheaply, and hands whole blocks of steps to those who examine them."""
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -15,6 +15,10 @@ from kankaku.railway.step.reasons import Reasons
 from kankaku.railway.step.records import Trajectory
 from kankaku.railway.step.state import NO_VERSION, Advice, Authority, LineState
 from kankaku.railway.step.step_block import BLOCK_STEPS, Examiner, StepBlock
+
+_Lasting: TypeAlias = tuple[IntArray, BoolArray, BoolArray, FloatArray]
+"""Of every train the next call, whether a sudden obstruction surprises it, whether it runs, and
+when the commands were sent that it has heard."""
 
 
 class Listener(Protocol):
@@ -66,7 +70,8 @@ class Recorder:
         self._written = 0
         self._filled = 0
         self._versions = (NO_VERSION, NO_VERSION, NO_VERSION)
-        self._lasting: tuple[FloatArray | IntArray | BoolArray, ...] = ()
+        self._present_now: BoolArray = np.zeros(world.size, dtype=np.bool_)
+        self._lasting: _Lasting | None = None
         every = max(1, round(1.0 / world.step_s))
         self._sampled = SampledReasons(self._reasons, world.size, every)
         self._samples: list[tuple[FloatArray | IntArray, ...]] = []
@@ -133,8 +138,8 @@ class Recorder:
         if versions != self._versions:
             self._fill()
             self._versions = versions
+            self._present_now = state.present
             self._lasting = (
-                state.present,
                 state.next_call,
                 state.wayside.surprised,
                 state.running,
@@ -190,7 +195,8 @@ class Recorder:
         self._fill()
         self._written = written
         self._heard_s[written:end] = heard_s
-        self._lasting = (*self._lasting[:-1], heard_s[-1])
+        if self._lasting:
+            self._lasting = (*self._lasting[:3], heard_s[-1])
 
     def wrote(self, steps: int, samples: int, until_sample: int) -> None:
         """
@@ -214,12 +220,11 @@ class Recorder:
 
     def _fill(self) -> None:
         """Write what lasts from event to event for the steps since it was written last."""
-        if self._filled < self._written:
+        if self._lasting and self._filled < self._written:
             steps = self._filled, self._written
-            present, *lasting = self._lasting
-            self._present[slice(*steps)] = present
+            self._present[slice(*steps)] = self._present_now
             written = self._next_call, self._surprised, self._running, self._heard_s
-            _write_lasting(steps, np.flatnonzero(present), tuple(lasting), written)
+            _write_lasting(steps, np.flatnonzero(self._present_now), self._lasting, written)
         self._filled = self._written
 
     def flush(self) -> None:
@@ -322,14 +327,13 @@ class Recorder:
 def _write_lasting(
     steps: tuple[int, int],
     rows: IntArray,
-    lasting: tuple[IntArray, BoolArray, BoolArray, FloatArray],
-    written: tuple[IntArray, BoolArray, BoolArray, FloatArray],
+    lasting: _Lasting,
+    written: _Lasting,
 ) -> None:
     """
     Write what lasts into some steps of a block, for the trains on the line.
 
-    Call, surprise, whether a train runs and when it was sent what it has heard: of shape
-    (n_trains,) each, and of shape (n_steps, n_trains) where they are written to.
+    Of shape (n_trains,) each, and of shape (n_steps, n_trains) where they are written to.
     """
     next_call, surprised, running, heard_s = lasting
     calls, surprises, runs, heard = written

@@ -174,8 +174,8 @@ def _opposing(world: World) -> Iterator[Clash]:
         ways.setdefault(track.place, []).append(track)
     users: dict[str, list[int]] = {}
     for row, service in enumerate(world.timetable.services):
-        for track in service.route:
-            users.setdefault(track, []).append(row)
+        for name in service.route:
+            users.setdefault(name, []).append(row)
     for tracks in ways.values():
         for pair in combinations(tracks, 2):
             one, other = (
