@@ -138,27 +138,47 @@ def nearest_unreleased(
     """
     front_m, length_m, present = trains
     ends_m, hold_m, uses, release_s, touched_s = circuits
-    for step in range(present.shape[1]):
-        for circuit in range(ends_m.shape[0]):
-            start_m, end_m = ends_m[circuit]
+    lowest_m, highest_m = _between_m(trains)
+    touching = np.empty(length_m.size, dtype=np.intp)
+    for circuit in range(ends_m.shape[0]):
+        start_m, end_m = ends_m[circuit]
+        touch = 0
+        for column in range(length_m.size):
+            meets = highest_m[column] > start_m and lowest_m[column] < end_m
+            if meets and uses[column, circuit]:
+                touching[touch] = column
+                touch += 1
+        for step in range(present.shape[1]):
             foremost_m = -np.inf
-            for column in range(length_m.size):
+            for column in touching[:touch]:
                 here_m = front_m[column, step]
-                if (
-                    present[column, step]
-                    and uses[column, circuit]
-                    and here_m > start_m
-                    and here_m - length_m[column] < end_m
-                ):
+                within = here_m > start_m and here_m - length_m[column] < end_m
+                if present[column, step] and within:
                     touched_s[circuit] = time_s[step]
                     foremost_m = max(foremost_m, here_m)
             if time_s[step] - touched_s[circuit] > release_s:
+                if touch == 0:
+                    break
                 continue
             for column in range(length_m.size):
                 here_m = front_m[column, step]
                 ahead = here_m <= start_m or (here_m <= end_m and here_m < foremost_m)
                 if ahead and uses[column, circuit]:
                     nearest_m[column, step] = min(nearest_m[column, step], hold_m[circuit])
+
+
+@compiled
+def _between_m(trains: Trains) -> tuple[FloatArray, FloatArray]:
+    """Return the lowest tail and the highest front of every train while it is there. [m]"""
+    front_m, length_m, present = trains
+    lowest_m, highest_m = np.full(length_m.size, np.inf), np.full(length_m.size, -np.inf)
+    for column in range(length_m.size):
+        for step in range(present.shape[1]):
+            if present[column, step]:
+                here_m = front_m[column, step]
+                lowest_m[column] = min(lowest_m[column], here_m - length_m[column])
+                highest_m[column] = max(highest_m[column], here_m)
+    return lowest_m, highest_m
 
 
 @compiled
