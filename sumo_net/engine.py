@@ -25,6 +25,8 @@ LONGEST_STOP_S = 1e6
 """A stop that is extended for ever lasts so long in SUMO. [s]"""
 LATE_STEPS = 2
 """SUMO begins a stop, and takes a train off, so many steps after us at the latest. [-]"""
+COMPARED_STEPS = 10
+"""Steps from one comparison of places to the next, where observations follow closely. [-]"""
 
 FIRST_STEPS = 2
 """SUMO begins a train's first stop in the step after it enters, and ends it in the next. [-]"""
@@ -42,8 +44,9 @@ class SumoEngine(PlainEngine):
     commanded, so the commands of all steps between two observations are integrated here and handed
     to SUMO step by step in one go: both programs run several times faster when they do not take
     turns in every step. SUMO lets trains enter, and keeps stops of its own. At every observation it
-    has come as far as we have, and the run ends if a train is elsewhere, or if a stop began or
-    ended, or a train was taken off, when that was not so here.
+    has come as far as we have, and the run ends if a stop began or ended, or a train was taken off,
+    when that was not so here, or if a train is elsewhere: places are compared then, but not more
+    often than in every tenth step, since distances add up and what is off once stays off.
 
     Parameters
     ----------
@@ -78,6 +81,10 @@ class SumoEngine(PlainEngine):
         """In which step each train left that SUMO has not taken off yet."""
         self._pending: list[FloatArray] = []
         """Commands to those who run that SUMO does not know yet. [m/s], (n_steps, n_running)"""
+        self._told: tuple[IntArray, int, IntArray, list[str]] | None = None
+        """Who ran, how many SUMO had taken off, and what :meth:`_commanded` made of it."""
+        self._uncompared = 0
+        """Steps since places were compared. [-]"""
         self._agreement = Agreement(self._row_of)
         self._signals: BlockSignals | None = None
 
@@ -195,9 +202,12 @@ class SumoEngine(PlainEngine):
 
     def _commanded(self) -> tuple[IntArray, list[str]]:
         """Return places among those who run, and vehicles, of the trains that SUMO has."""
-        running = self._rows.tolist()
-        there = [place for place, row in enumerate(running) if row not in self._off]
-        return np.array(there, dtype=np.intp), [self._vehicles[running[place]] for place in there]
+        if self._told is None or self._told[0] is not self._rows or self._told[1] < len(self._off):
+            running = self._rows.tolist()
+            there = [place for place, row in enumerate(running) if row not in self._off]
+            vehicles = [self._vehicles[running[place]] for place in there]
+            self._told = self._rows, len(self._off), np.array(there, dtype=np.intp), vehicles
+        return self._told[2], self._told[3]
 
     def _catch_up(self) -> None:
         """Let SUMO do what was commanded, and compare."""
@@ -215,6 +225,12 @@ class SumoEngine(PlainEngine):
                 self._take_note(step)
                 there, vehicles = self._commanded()
         self._pending.clear()
+        self._uncompared += len(commands_mps)
+        if self._uncompared >= COMPARED_STEPS:
+            self._uncompared = 0
+            self._compare_places(there, vehicles)
+
+    def _compare_places(self, there: IntArray, vehicles: Sequence[str]) -> None:
         rows = self._rows[there]
         gone_m = list(map(self._get_distance, vehicles))
         apart_m = np.abs(self._front_m[rows] - self._start_m[rows] - gone_m)
@@ -254,16 +270,9 @@ class SumoEngine(PlainEngine):
 
     def _compare_ends(self, seen: Observation) -> None:
         """Refuse that a stop ends, or a train leaves, here or in SUMO alone."""
-        apart = ({*self._named(self._stop_ending())} ^ {*seen.released}) - self._agreement.met
-        if apart:
-            trains = ", ".join(self._vehicles[row] for row in sorted(apart))
-            self._refuse(f"SUMO lets {trains} go, or we do, and not both")
-        self._begun.difference_update(seen.released)
-        for row in {*seen.released} - self._off:
-            # A train may come to a stand from the slowest of speeds: SUMO lets it roll for a step.
-            start_m = self._front_m[row] - self._get_distance(self._vehicles[row])
-            if abs(start_m - self._start_m[row]) <= HALTING_SPEED_MPS * self._step_s:
-                self._start_m[row] = start_m
+        ended = self._stop_ending()
+        if ended or seen.released:
+            self._compare_released(self._named(ended), seen.released)
         for row in seen.left:
             if row not in self._off:
                 self._leaving[row] = self._steps
@@ -276,6 +285,18 @@ class SumoEngine(PlainEngine):
                 and row not in self._agreement.met
             ):
                 self._refuse(f"SUMO has taken off {self._vehicles[row]} on its way")
+
+    def _compare_released(self, ended: Sequence[int], released: Sequence[int]) -> None:
+        apart = {*ended}.symmetric_difference(released) - self._agreement.met
+        if apart:
+            trains = ", ".join(self._vehicles[row] for row in sorted(apart))
+            self._refuse(f"SUMO lets {trains} go, or we do, and not both")
+        self._begun.difference_update(released)
+        for row in {*released} - self._off:
+            # A train may come to a stand from the slowest of speeds: SUMO lets it roll for a step.
+            start_m = self._front_m[row] - self._get_distance(self._vehicles[row])
+            if abs(start_m - self._start_m[row]) <= HALTING_SPEED_MPS * self._step_s:
+                self._start_m[row] = start_m
 
     def _refuse(self, problem: str) -> NoReturn:
         msg = f"{problem} at {self._now_s:.1f} s"
