@@ -6,6 +6,8 @@ READY := .venv/.ready
 WORKERS := -n auto --dist worksteal
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# What is compiled to bytecode once is not compiled by every process anew, also where containers say so.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: rush-hour explained capacity radio availability sakai takaoka test deep check in-turn format lint types contracts bench benchmark seeds map yizhuang terminals interval driving steps limits reserve losses approach stress sensitivity variance fuzz kills mutants results docs clean
 
