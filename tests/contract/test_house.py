@@ -2,7 +2,7 @@
 
 import ast
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Container, Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -29,8 +29,15 @@ def module_of(file: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-TREES = {file: ast.parse(file.read_text("utf-8")) for file in sources()}
-MODULES = {module_of(file): tree for file, tree in TREES.items()}
+@pytest.fixture(scope="module")
+def trees() -> Mapping[Path, ast.Module]:
+    """Return what the files say; not kept for the tests of other modules, nor made before them."""
+    return {file: ast.parse(file.read_text("utf-8")) for file in sources()}
+
+
+@pytest.fixture(scope="module")
+def modules(trees: Mapping[Path, ast.Module]) -> Mapping[str, ast.Module]:
+    return {module_of(file): tree for file, tree in trees.items()}
 
 
 def test_the_rooms_are_reached_by_links_that_hold_in_any_checkout() -> None:
@@ -40,9 +47,9 @@ def test_the_rooms_are_reached_by_links_that_hold_in_any_checkout() -> None:
         assert link.readlink() == Path("..") / room
 
 
-def test_no_two_modules_have_one_name() -> None:
+def test_no_two_modules_have_one_name(modules: Mapping[str, ast.Module]) -> None:
     named = defaultdict(list)
-    for module in MODULES:
+    for module in modules:
         name = module.rpartition(".")[2]
         if name != "__main__":
             named[name].append(module)
@@ -56,28 +63,28 @@ def test_no_two_test_modules_have_one_name() -> None:
     assert sorted(names) == sorted(set(names))
 
 
-def test_no_two_classes_have_one_name() -> None:
+def test_no_two_classes_have_one_name(modules: Mapping[str, ast.Module]) -> None:
     named = defaultdict(list)
-    for module, tree in MODULES.items():
+    for module, tree in modules.items():
         for node in tree.body:
             if isinstance(node, ast.ClassDef):
                 named[node.name].append(module)
     assert not {name: found for name, found in named.items() if len(found) > 1}
 
 
-def imported(tree: ast.Module) -> Iterator[str]:
+def imported(tree: ast.Module, modules: Container[str]) -> Iterator[str]:
     """Yield what a module imports when it is imported itself."""
     for node in tree.body:
         if isinstance(node, ast.ImportFrom) and node.module:
             for item in node.names:
                 whole = f"{node.module}.{item.name}"
-                yield whole if whole in MODULES else node.module
+                yield whole if whole in modules else node.module
 
 
-def test_no_module_imports_itself_in_the_end() -> None:
+def test_no_module_imports_itself_in_the_end(modules: Mapping[str, ast.Module]) -> None:
     waits_for = {
-        module: {name for name in imported(tree) if name in MODULES and name != module}
-        for module, tree in MODULES.items()
+        module: {name for name in imported(tree, modules) if name in modules and name != module}
+        for module, tree in modules.items()
     }
     while ready := [module for module, names in waits_for.items() if not names]:
         for module in ready:
@@ -105,13 +112,13 @@ def _lines(node: ast.stmt) -> int:
     return (node.end_lineno or node.lineno) - node.lineno + 1
 
 
-def test_no_file_and_no_function_grows_too_long() -> None:
+def test_no_file_and_no_function_grows_too_long(trees: Mapping[Path, ast.Module]) -> None:
     long = [
         f"{file}: {lines} lines"
-        for file in TREES
+        for file in trees
         if (lines := len(file.read_text("utf-8").splitlines())) > LONGEST_FILE
     ]
-    for file, tree in TREES.items():
+    for file, tree in trees.items():
         for node in ast.walk(tree):
             if isinstance(node, ast.FunctionDef):
                 told = node.body[0]
@@ -122,7 +129,7 @@ def test_no_file_and_no_function_grows_too_long() -> None:
     assert not long
 
 
-def test_every_package_says_what_it_is_for() -> None:
-    for file, tree in TREES.items():
+def test_every_package_says_what_it_is_for(trees: Mapping[Path, ast.Module]) -> None:
+    for file, tree in trees.items():
         told = ast.get_docstring(tree) or ""
         assert len(told) > 20, f"{file} says nothing about itself"
