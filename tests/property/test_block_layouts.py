@@ -22,10 +22,10 @@ from kankaku.railway.step.control import Separation
 from kankaku.railway.step.obstructions import unobstructed
 from kankaku.railway.step.state import NOTHING, Events, LineState
 from kankaku.testing.example_lines import commuter_train, make_scenario, stations_at, world_of
-from tests.examples import examples
+from tests.examples import all_if_deep, examples
 
 RUNNERS = 50
-CASES = 10_000
+CASES = all_if_deep([10_000], [2_000])[0]
 LINE_M = 5000.0
 STOP_M = 300.0
 STEPS = 240

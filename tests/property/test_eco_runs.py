@@ -18,13 +18,15 @@ from kankaku.railway.plan.profile import build_profile
 from kankaku.railway.plan.rolling_stock import TrainType
 from kankaku.scenarios.loading.load import load
 from kankaku.testing.example_lines import commuter_train, straight_line
-from tests.examples import examples
+from tests.examples import all_if_deep, examples
 from tests.property.dense_optimum import Optimum, dense_optimum
 from tests.property.dense_run import dense_run, restrictions
 
 MODEL = load(Path("scenarios/eco_driving"))
 LEGS_M = ((0.0, 2360.0), (2360.0, 4150.0))
 SUPPLEMENTS = (0.01, 0.0385, 0.1, 0.2)
+SOME_SUPPLEMENTS = all_if_deep(SUPPLEMENTS, (0.01, 0.2))
+"""The least and the most: what lies between is tried on random lines."""
 END_M = 4000.0
 ROUNDING_J = 1e-3 * 3.6e6
 FEW = examples(4)
@@ -102,7 +104,7 @@ def test_least_energy_on_the_model_line_is_that_of_dynamic_programming(
     task = Task(MODEL.line, train, ends_m)
     way = task.way()
     shortest_s = fastest(way).run_time_s
-    for supplement in SUPPLEMENTS:
+    for supplement in SOME_SUPPLEMENTS:
         energy_j = net_energy_j(way, eco(way, (1.0 + supplement) * shortest_s).curve)
         optimum = task.optimum(supplement * shortest_s)
         assert energy_j == pytest.approx(optimum.net_j, rel=0.005)
