@@ -6,6 +6,7 @@ looked at is left out, unless ``--deep`` asks for it: most of the examples of pr
 figures of results folders, which took nine tenths of the tests that publish any.
 """
 
+import gc
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -21,6 +22,9 @@ settings.register_profile(
     "kankaku", settings.get_profile(settings.get_current_profile_name()), deadline=None
 )
 settings.load_profile("kankaku")
+
+# What is imported stays, and is much: to look through it for cycles costs more than it frees.
+gc.set_threshold(50_000, *gc.get_threshold()[1:])
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -1,5 +1,6 @@
 """The operation keeps the contract of Kankaku, and does what its programme is to do."""
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -16,9 +17,12 @@ def test_it_keeps_the_contract() -> None:
 
 
 def test_trains_stand_less_between_stations() -> None:
-    """Compare a morning with the same one under close-up running."""
+    """Compare the first half of a morning with the same one under close-up running."""
+    whole = kankaku.load("rush_hour")
+    first = replace(whole.timetable, services=whole.timetable.services[:20])
+    morning = replace(whole, timetable=first)
     usual, own = (
-        kankaku.run_once("rush_hour", f"moving_block+{name}", seed=1, step_s=0.5)
+        kankaku.run_once(morning, f"moving_block+{name}", seed=1, step_s=0.5)
         for name in ("close_up", "mpc_follower")
     )
     assert own.violations.empty
