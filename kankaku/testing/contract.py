@@ -1,40 +1,31 @@
 """The contract of protections, operations and supervisions: what is checked, and of whom."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from kankaku.controllers import registry
 from kankaku.controllers.choosing import by_layers
-from kankaku.railway.arrays import FloatArray
 from kankaku.railway.errors import sentence_of
-from kankaku.railway.loop.simulate import simulate
-from kankaku.railway.meters.all_meters import all_meters
-from kankaku.railway.plan.run import Run
-from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.plan.world import World
-from kankaku.railway.step.control import Controller, Separation
-from kankaku.railway.step.records import RunRecord
-from kankaku.testing.alike import frozen, same
-from kankaku.testing.asked_twice import TIMELY, Answered, AskedTwice
-from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
-from kankaku.testing.loop_station import loop_station_scenario
-from kankaku.testing.toy_engine import ToyEngine
+from kankaku.railway.step.control import Separation
+from kankaku.testing.alike import same
+from kankaku.testing.asked_twice import TIMELY, Answered
+from kankaku.testing.example_lines import world_of
+from kankaku.testing.trials import (
+    LINES,
+    OVERSTAYS_S,
+    WORLD,
+    Candidate,
+    Trial,
+    overstays,
+    trial_of,
+    trials_of,
+)
 
-Candidate: TypeAlias = Callable[[World], Controller]
-"""Builds the controller that is checked for a world."""
-OVERSTAYS_S = (70.0, 40.0)
-"""By how much the first trains overstay at their second call. [s]"""
 CLOSE_M = 1e-9
-LINES: Mapping[str, Callable[[], Scenario]] = {
-    "one track": lambda: two_station_scenario(4, 70.0, block_m=250.0),
-    "merge": lambda: merge_scenario(4, 60.0, block_m=200.0),
-    "loop station": lambda: loop_station_scenario(4, 70.0, one_starts_inside=True, block_m=250.0),
-}
-"""Where controllers are tried."""
 
 
 class Finding(NamedTuple):
@@ -43,77 +34,6 @@ class Finding(NamedTuple):
     check: str
     problem: str = ""
     """Empty if the check is passed."""
-
-
-@dataclass(frozen=True, slots=True)
-class Trial:
-    """A run of a candidate on one of the lines."""
-
-    scenario: Scenario
-    world: World
-    controller: Controller
-    asked: AskedTwice
-    record: RunRecord | None
-    error: str = ""
-
-
-def overstays(scenario: Scenario, *seconds: float) -> FloatArray:
-    """
-    Return dwell delays of the first trains at their second call.
-
-    Parameters
-    ----------
-    scenario
-        What is run.
-    seconds
-        A delay for each of them. [s]
-
-    Returns
-    -------
-    FloatArray
-        Zero elsewhere. [s], shape (n_trains, n_calls_max)
-    """
-    services = scenario.timetable.services
-    delay_s = np.zeros((len(services), max(len(service.calls) for service in services)))
-    delay_s[: len(seconds), 1] = seconds
-    return delay_s
-
-
-def trial_of(scenario: Scenario, candidate: Candidate, delay_s: FloatArray) -> Trial:
-    """
-    Run a candidate that is asked everything twice.
-
-    Parameters
-    ----------
-    scenario
-        What to run.
-    candidate
-        Who is checked.
-    delay_s
-        Dwell delays. [s], shape (n_trains, n_calls_max)
-
-    Returns
-    -------
-    Trial
-        With what went wrong, where it could not be run to its end.
-    """
-    world = world_of(scenario)
-    before = frozen(world)
-    controller = candidate(world)
-    asked = AskedTwice(controller, len(scenario.line.turnouts))
-    record, error = None, ""
-    try:
-        supervision = asked if controller.supervision else None
-        layers = replace(controller, protection=asked, operation=asked, supervision=supervision)
-        run = Run(world, delay_s, scenario.seed, scenario.patience_s)
-        engine = ToyEngine(world, delay_s, scenario.step_s)
-        record = simulate(run, engine, layers, all_meters(world))
-        asked.ask_again(candidate(world))
-    except Exception as failed:  # noqa: BLE001 - whatever a stranger's controller does
-        error = sentence_of(failed)
-    if not same(before, world):
-        asked.problems[WORLD] = "a layer writes into the world"
-    return Trial(scenario, world, controller, asked, record, error)
 
 
 def _noted(check: str) -> Callable[[Trial], str]:
@@ -242,7 +162,6 @@ def _other_than_foreseen(
     return ""
 
 
-WORLD = "world is left alone"
 CHECKS: Mapping[str, Callable[[Trial], str]] = {
     "runs to the end": runs_through,
     TIMELY: _noted(TIMELY),
@@ -281,17 +200,49 @@ def check_candidate(candidate: Candidate) -> list[Finding]:
     list[Finding]
         One for each check.
     """
-    trials = {}
-    for name, make in LINES.items():
-        scenario = make()
-        trials[name] = trial_of(scenario, candidate, overstays(scenario, *OVERSTAYS_S))
-    findings = [_finding(check, look, trials) for check, look in CHECKS.items()]
+    return findings_of(trials_of(candidate), candidate)
+
+
+def findings_of(trials: Mapping[str, Trial], candidate: Candidate) -> list[Finding]:
+    """
+    Look at trials of a candidate, and compare runs of it.
+
+    Parameters
+    ----------
+    trials
+        From :func:`~kankaku.testing.trials.trials_of`.
+    candidate
+        Who ran.
+
+    Returns
+    -------
+    list[Finding]
+        One for each check.
+    """
+    findings = findings_in(trials)
     first = trials["one track"]
     # Who did not come to an end would not do so again.
     ran = first.record is not None and TIMELY not in first.asked.problems
     again = runs_another_way(first, candidate) if ran else ""
     future = reads_the_future(candidate) if ran else ""
     return [*findings, Finding(AGAIN, again), Finding(FUTURE, future)]
+
+
+def findings_in(trials: Mapping[str, Trial]) -> list[Finding]:
+    """
+    Look at trials.
+
+    Parameters
+    ----------
+    trials
+        By the names of the lines.
+
+    Returns
+    -------
+    list[Finding]
+        One for each of :data:`CHECKS`: the first trial where something is wrong.
+    """
+    return [_finding(check, look, trials) for check, look in CHECKS.items()]
 
 
 def runs_another_way(trial: Trial, candidate: Candidate) -> str:

@@ -21,8 +21,8 @@ from kankaku.railway.plan.dwell import DwellDelays, Overstay
 from kankaku.railway.plan.scenario import ControllerSpec, Option, Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.records import RunRecord
-from kankaku.testing.contract import overstays
 from kankaku.testing.example_lines import merge_scenario, two_station_scenario, world_of
+from kankaku.testing.trials import overstays
 from tools.plain_runs import run_plain
 
 EXPECTED = DwellDelays((0.0, 0.5, 1.0), (0.0, 20.0, 120.0))
