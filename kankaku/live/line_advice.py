@@ -9,7 +9,7 @@ import numpy as np
 from kankaku.railway.arrays import FloatArray, IntArray
 from kankaku.railway.errors import KankakuError, suggesting
 from kankaku.railway.plan.world import World
-from kankaku.railway.step.state import NO_HOLD_S, NOTHING
+from kankaku.railway.step.state import NO_HOLD_S, NOTHING, beside
 
 Asked: TypeAlias = FloatArray | Mapping[str, float] | float | None
 """One for each train, for some trains by name, one for all of them, or nothing."""
@@ -50,7 +50,11 @@ class LineAdvice:
     reason: IntArray | None = None
     """Which of the words given to the simulation lowers a train; the first one if None."""
     cause: IntArray | None = None
-    """For which train, by its row, place beside the track, or ``NOTHING``; nothing if None."""
+    """
+    For which train, by its row, or place, by ``beside`` its column; nothing if None.
+
+    -1 is for nothing, -2 for the first of the line's turnouts, level crossings and closures.
+    """
 
 
 class Outside(NamedTuple):
@@ -87,7 +91,7 @@ def nothing_asked(trains: int) -> Outside:
     return Outside(free_mps, free_mps, nobody_s, np.zeros(trains, dtype=np.intp), none)
 
 
-def taken(advice: object, world: World, words: int) -> Outside:
+def taken(advice: object, world: World, words: int, places: int = MOST_PLACES) -> Outside:
     """
     Return advice as layers take it.
 
@@ -99,6 +103,9 @@ def taken(advice: object, world: World, words: int) -> Outside:
         The trains.
     words
         How many words there are for reasons. [-]
+    places
+        How many places beside the track there are; where that is not known, a recorder refuses one
+        that is not there. [-]
 
     Returns
     -------
@@ -122,8 +129,8 @@ def taken(advice: object, world: World, words: int) -> Outside:
         where = f"hold_until_s: {world.timetable.trains[int(np.argmax(endless))]}"
         raise AdviceError(where, "has no end", "seconds after midnight, or minus infinity")
     reason = _numbers("reason", advice.reason, (0, words - 1), nothing.reason)
-    # Who names a place that is not there is told so by the recorder.
-    cause = _numbers("cause", advice.cause, (-MOST_PLACES, world.size - 1), nothing.cause)
+    cause = _numbers("cause", advice.cause, None, nothing.cause)
+    _refuse_unknown_causes(cause, world, places)
     return Outside(
         _speeds("ceiling_mps", advice.ceiling_mps, world),
         _speeds("target_mps", advice.target_mps, world),
@@ -171,14 +178,28 @@ def _number(where: str, value: object) -> float:
 
 
 def _numbers(
-    name: str, asked: IntArray | None, allowed: tuple[int, int], usual: IntArray
+    name: str, asked: IntArray | None, allowed: tuple[int, int] | None, usual: IntArray
 ) -> IntArray:
     if asked is None:
         return usual
-    array, (least, most) = np.asarray(asked), allowed
+    array = np.asarray(asked)
     if array.shape != usual.shape or array.dtype.kind not in "iu":
         told = f"is {array.dtype} of shape {array.shape}"
         raise AdviceError(name, told, f"a whole number for each of {usual.size} trains")
-    if array.min() < least or array.max() > most:
-        raise AdviceError(name, f"from {array.min()} to {array.max()}", f"from {least} to {most}")
+    if allowed is not None and (array.min() < allowed[0] or array.max() > allowed[1]):
+        told = f"from {array.min()} to {array.max()}"
+        raise AdviceError(name, told, f"from {allowed[0]} to {allowed[1]}")
     return array.astype(np.intp)
+
+
+def _refuse_unknown_causes(cause: IntArray, world: World, places: int) -> None:
+    last = beside(places - 1)
+    wrong = (cause < last) | (cause >= world.size)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        rows = f"0 to {world.size - 1} for the row of a train, {NOTHING} for nothing"
+        if places:
+            numbers = f"{beside(0)} to {last}" if places > 1 else f"{last}"
+            rows += f", {numbers} for a place beside the track"
+        where = f"cause: {world.timetable.trains[row]}"
+        raise AdviceError(where, f"{cause[row]} is no train and no place", rows)

@@ -24,6 +24,7 @@ from kankaku.railway.plan.scenario import ControllerSpec, Scenario
 from kankaku.railway.plan.world import World
 from kankaku.railway.step.engine_ways import WITNESS
 from kankaku.railway.step.records import RunRecord
+from kankaku.railway.wayside.trackside import places_beside
 from kankaku.scenarios.loading.load import load
 from kankaku.scenarios.shipped import folder_of
 from kankaku.studies.opening import Opened, Opening, foresight_of
@@ -102,6 +103,7 @@ class Simulation:
                 where = "measures"
                 raise SimulationError(where, f"{measure!r}", ", ".join(MEASURES))
         self._opening = Opening(chosen, spec, step_s, engine=engine)
+        self._places = len(places_beside(chosen.line, chosen.disruptions))
         self._interval_s, self._words, self._measures = interval_s, words, measures
         self._stack = ExitStack()
         self._opened: Opened | None = None
@@ -225,7 +227,7 @@ class Simulation:
         if run is None or moment is None:
             where, problem = "simulation", "is over" if self.over else "has not begun"
             raise SimulationError(where, problem, "reset() first")
-        asked = taken(advice, self.world, len(self._words))
+        asked = taken(advice, self.world, len(self._words), self._places)
         self._decisions += 1
         next_s = self._begin_s + self._decisions * self._interval_s - ROUNDING_S
         self._operation.ask(asked)

@@ -14,7 +14,7 @@ from kankaku.live.line_advice import GENTLE_MPS2, AdviceError, LineAdvice
 from kankaku.live.simulation import Simulation, SimulationError
 from kankaku.railway.errors import KankakuError
 from kankaku.railway.plan.scenario import ControllerSpec, Scenario
-from kankaku.railway.step.state import Reason
+from kankaku.railway.step.state import Reason, beside
 from kankaku.studies.opening import NO_SUMO
 from kankaku.studies.study import run_once
 from kankaku.testing.example_lines import merge_scenario
@@ -126,7 +126,12 @@ def test_a_hold_extends_the_stop_and_nobody_elses(simulation: Simulation) -> Non
         (LineAdvice(ceiling_mps=NO_NUMBER), "ceiling_mps: T1: 'fast' is no number"),
         (LineAdvice(hold_until_s=np.inf), "hold_until_s: T1: has no end"),
         (LineAdvice(reason=np.ones(4, dtype=np.intp)), "reason: from 1 to 1; allowed: from 0 to 0"),
-        (LineAdvice(cause=np.full(4, 7)), "cause: from 7 to 7; allowed: from -100000 to 3"),
+        (
+            LineAdvice(cause=np.array([0, -1, 4, -1])),
+            "cause: T3: 4 is no train and no place; allowed: 0 to 3 for the row of a",
+        ),
+        (LineAdvice(cause=np.full(4, -3)), "-1 for nothing, -2 for a place beside the track"),
+        (LineAdvice(cause=np.full(4, -(2**40))), "no train and no place"),
         (NO_ADVICE, "advice: is a dict; allowed: a LineAdvice, or None"),
     ],
 )
@@ -138,6 +143,23 @@ def test_advice_that_cannot_be_followed_is_refused_and_nothing_happens(
         simulation.step(advice)
     assert simulation.state is before
     assert simulation.step().time_s > before.time_s
+
+
+def test_a_place_beside_the_track_may_be_the_cause_and_no_other_one() -> None:
+    scenario = kankaku.load("branch")
+    places = [turnout.id for turnout in scenario.line.turnouts]
+    with Simulation(scenario, interval_s=60.0, engine=NO_SUMO) as stepped:
+        before = stepped.reset()
+        last = beside(len(places) - 1)
+        told = f"-1 for nothing, {last} for a place beside the track"
+        with pytest.raises(AdviceError, match=told):
+            stepped.step(LineAdvice(cause=np.full(stepped.world.size, last - 1)))
+        assert stepped.state is before
+        for _ in range(10):
+            stepped.step(LineAdvice(4.0, cause=np.full(stepped.world.size, last)))
+        stepped.end("seen enough")
+    trajectory = stepped.tables().trajectory
+    assert set(trajectory[trajectory["plan"] == "outside"]["cause"]) == {places[-1]}
 
 
 def test_what_a_simulation_cannot_do_now_is_told(simulation: Simulation) -> None:
