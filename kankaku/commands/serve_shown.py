@@ -42,7 +42,7 @@ def serve_run(
         simulation = Simulation(scenario, controller, **choices)
         with simulation, PeerServer(offer) as server:
             answers.print(f"Waiting for a peer at {offer.host}:{server.port}", soft_wrap=True)
-            why = server.serve(simulation)
+            why = server.serve(simulation, _tell)
             record = simulation.record()
     except KankakuError as error:
         complain(f"{scenario} cannot be served", error.sentences)
@@ -56,3 +56,7 @@ def serve_run(
     if count:
         return EXIT_VIOLATION
     return EXIT_FAILED if why else 0
+
+
+def _tell(sentence: str) -> None:
+    answers.print(sentence, soft_wrap=True, markup=False, highlight=False)

@@ -36,7 +36,7 @@ class ServeError(KankakuError):
 
 
 class PeerGoneError(KankakuError):
-    """A peer that has closed the link, or says nothing in time."""
+    """A peer that has closed the link, says nothing in time, or does not know the token."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,41 +94,66 @@ class PeerServer:
     ) -> None:
         self._listening.close()
 
-    def serve(self, simulation: Simulation) -> str:
+    def serve(self, simulation: Simulation, tell: Callable[[str], None] = lambda _: None) -> str:
         """
-        Run a simulation to its end with whoever comes.
+        Run a simulation to its end with the first peer that may take part.
+
+        Whoever does not know the token, or leaves before it was greeted, is told so and let go;
+        another one is waited for.
 
         Parameters
         ----------
         simulation
             It is reset first; afterwards it is over.
+        tell
+            Called with a sentence for everybody who was let go.
 
         Returns
         -------
         str
             Why it ended before its end; empty if it did not. The record says so, too.
         """
-        self._listening.settimeout(self._offer.wait_s)
         simulation.reset()
-        try:
-            talking, _ = self._listening.accept()
-        except TimeoutError:
+        talking, peer = self._welcomed(simulation, tell)
+        if talking is None or peer is None:
             why = f"no peer came within {self._offer.wait_s:g} s"
             simulation.end(why)
             return why
         with talking:
-            peer = _Peer(talking, self._offer.timeout_s)
             try:
-                self._greet(peer, simulation)
                 _play(peer, simulation)
             except PeerGoneError as gone:
                 why = str(gone)
                 bring_to_a_stand(simulation)
                 simulation.end(why)
-                with suppress(PeerGoneError):
-                    peer.say({"over": True, "failure": why})
+                peer.dismiss(why)
                 return why
         return ""
+
+    def _welcomed(
+        self, simulation: Simulation, tell: Callable[[str], None]
+    ) -> "tuple[socket.socket, _Peer] | tuple[None, None]":
+        """Return the first peer that may take part; None if patience ends before it comes."""
+        until_s = time.monotonic() + self._offer.wait_s
+        while (left_s := until_s - time.monotonic()) > 0.0:
+            self._listening.settimeout(left_s)
+            try:
+                talking, (host, *_) = self._listening.accept()
+            except TimeoutError:
+                break
+            peer = _Peer(talking, self._offer.timeout_s)
+            try:
+                self._greet(peer, simulation)
+            except PeerGoneError as gone:
+                peer.dismiss(str(gone))
+                talking.close()
+                tell(f"Somebody from {host} was let go: {gone}; another peer is waited for")
+            except BaseException:
+                talking.close()
+                raise
+            else:
+                return talking, peer
+        return None, None
 
     def _greet(self, peer: "_Peer", simulation: Simulation) -> None:
         def hello(message: dict[str, Any]) -> None:
@@ -136,7 +161,8 @@ class PeerServer:
             if known != VERSION or isinstance(known, bool):
                 where = "kankaku"
                 raise ProtocolError(where, f"{known!r:.80}", f"version {VERSION}")
-            given = str(message.get("token", "")).encode()
+            # JSON may hold half of a character, which UTF-8 does not.
+            given = str(message.get("token", "")).encode(errors="replace")
             if not hmac.compare_digest(given, self._offer.token.encode()):
                 where, told = "peer", "does not know the token"
                 raise PeerGoneError(where, told)
@@ -159,6 +185,11 @@ class _Peer:
         except (TimeoutError, OSError) as error:
             where, told = "peer", "does not listen any more"
             raise PeerGoneError(where, told) from error
+
+    def dismiss(self, why: str) -> None:
+        """Say why it is over, to a peer that may have gone."""
+        with suppress(PeerGoneError):
+            self.say({"over": True, "failure": why})
 
     def answer(self, asked: dict[str, Any] | None, take: Callable[[dict[str, Any]], None]) -> None:
         """Ask, and hear answers until one is taken, each mistake told, or the time is over."""

@@ -6,7 +6,7 @@ import socket
 import subprocess
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,9 @@ SPEC = ControllerSpec("test", "moving_block", "close_up", {}, {})
 LINE = merge_scenario(3, 60.0, step_s=0.5)
 PERL = Path(__file__).parents[2] / "docs" / "examples" / "other_language" / "slow_when_near.pl"
 LONG_S = 60.0
+TOKEN = "a secret of many letters"  # noqa: S105 - of tests
+LET_GO: list[str] = []
+"""What was told of peers that may not take part."""
 
 
 def simulation() -> Simulation:
@@ -39,6 +42,7 @@ class Peer:
     """The other end of a link."""
 
     def __init__(self, port: int) -> None:
+        self.port = port
         self._link = socket.create_connection(("127.0.0.1", port), timeout=LONG_S)
         self._lines = self._link.makefile("rb")
 
@@ -50,7 +54,7 @@ class Peer:
         heard: dict[str, Any] = json.loads(self._lines.readline())
         return heard
 
-    def leave(self) -> None:
+    def close(self) -> None:
         self._lines.close()
         self._link.close()
 
@@ -70,14 +74,19 @@ def served(
             except BaseException as error:  # noqa: BLE001 - told by the other thread
                 errors.append(error)
             finally:
-                peer.leave()
+                peer.close()
 
         acting = threading.Thread(target=act)
         acting.start()
-        why = server.serve(stepped)
+        why = server.serve(stepped, LET_GO.append)
         acting.join(LONG_S)
     assert not errors
     yield stepped, why
+
+
+@pytest.fixture(autouse=True)
+def nobody_let_go() -> None:
+    LET_GO.clear()
 
 
 def slowing(seen: dict[str, Any]) -> dict[str, Any]:
@@ -172,6 +181,18 @@ def test_a_thousand_malformed_messages_are_told_and_change_nothing() -> None:
         assert bytes_of(stepped.tables()) == bytes_of(by_steps())
 
 
+def test_a_malformed_greeting_is_told_and_another_one_heard() -> None:
+    def play(peer: Peer) -> None:
+        for message in (*MALFORMED, {"kankaku": True}, {"kankaku": [1]}):
+            peer.say(message)
+            assert "allowed: " in peer.hear()["error"]
+        greet(peer)
+
+    with served(play) as (_, why):
+        assert why
+    assert not LET_GO
+
+
 def silent(peer: Peer) -> None:
     greet(peer)
     for _ in range(12):
@@ -213,16 +234,49 @@ def test_when_a_peer_is_lost_trains_brake_and_the_run_ends_with_a_sentence(
         assert not record.completed.all()
 
 
-def test_who_does_not_know_the_token_or_the_version_takes_no_part() -> None:
-    def wrong(peer: Peer) -> None:
-        peer.say({"kankaku": 2, "token": "a secret of many letters"})
-        assert "allowed: version 1" in peer.hear()["error"]
-        peer.say({"kankaku": 1, "token": "guessed"})
-        assert peer.hear()["over"]
+# JSON can tell half of a character, which no UTF-8 can.
+@pytest.mark.parametrize("guess", ["guessed", "", None, [TOKEN], "\ud800"])
+def test_who_does_not_know_the_token_is_let_go_and_who_does_is_waited_for(guess: object) -> None:
+    def wrong_and_right(wrong: Peer) -> None:
+        wrong.say({"kankaku": 2, "token": TOKEN})
+        assert "allowed: version 1" in wrong.hear()["error"]
+        wrong.say({"kankaku": 1, "token": guess})
+        told = {"over": True, "failure": "peer: does not know the token"}
+        assert wrong.hear() == told
+        with closing(Peer(wrong.port)) as right:
+            assert greet(right, TOKEN)["seed"] == 1
+            while not (seen := right.hear()).get("over"):
+                right.say(slowing(seen))
 
-    with served(wrong, token="a secret of many letters") as (stepped, why):  # noqa: S106
-        assert why == "peer: does not know the token"
-        assert stepped.record().violations == ()
+    with served(wrong_and_right, token=TOKEN) as (stepped, why):
+        assert not why
+        assert bytes_of(stepped.tables()) == bytes_of(by_steps())
+    told = "Somebody from 127.0.0.1 was let go: peer: does not know the token"
+    assert [f"{told}; another peer is waited for"] == LET_GO
+
+
+def test_who_leaves_or_is_silent_before_the_run_begins_does_not_end_it() -> None:
+    def play(first: Peer) -> None:
+        first.close()
+        with closing(Peer(first.port)) as silent_one:
+            assert silent_one.hear()["failure"] == "peer: gave no answer within 1 s"
+        with closing(Peer(first.port)) as right:
+            greet(right)
+
+    with served(play, timeout_s=1.0) as (_, why):
+        assert why
+    assert ["the link" in told for told in LET_GO] == [True, False]
+
+
+def test_patience_ends_whoever_came_in_vain() -> None:
+    stepped = simulation()
+    server = PeerServer(Offer(token=TOKEN, wait_s=1.0))
+    with server, closing(Peer(server.port)) as peer:
+        peer.say({"kankaku": 1, "token": "guessed"})
+        assert server.serve(stepped, LET_GO.append) == "no peer came within 1 s"
+        assert peer.hear()["over"]
+    assert len(LET_GO) == 1
+    assert stepped.record().violations == ()
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "192.0.2.1", "example.org", "::"])  # noqa: S104
