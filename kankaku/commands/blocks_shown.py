@@ -7,6 +7,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from kankaku.commands.screen import answers, complain
+from kankaku.commands.shipped_names import refuse_shipped
 from kankaku.railway.errors import KankakuError
 from kankaku.railway.plan.scenario import Scenario
 from kankaku.railway.step.control import Separation
@@ -57,6 +58,7 @@ def lay_blocks(folder: Path, name: str, headway: str, *, force: bool) -> int:
         if headway_s is None:
             least, most, kind = RANGES["headway"]
             raise OwnLineError(mistakes or [f"--headway: allowed: {kind}, {least:g} to {most:g}"])
+        refuse_shipped(folder)
         refuse_borrowed(folder, "line")
         refuse_there(folder, [BLOCKS, CIRCUITS], ANEW, force=force)
         scenario, line = _loaded(folder)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from kankaku.commands.screen import answers, complain, counted_text, show_table
+from kankaku.commands.shipped_names import refuse_shipped
 from kankaku.commands.told_tables import path_line
 from kankaku.railway.errors import KankakuError
 from kankaku.scenarios.drafts.draft import DraftError, refuse_there, write_files
@@ -65,6 +66,8 @@ def work_out_dwells(
         if out and scenario:
             where, problem = "--out and --scenario", "both are named"
             raise DraftError(where, problem, "one of the two")
+        if scenario:
+            refuse_shipped(scenario)
         folder = scenario or out
         if folder:
             refuse_there(folder, [BESIDE], "another folder, or --force", force=force)

@@ -10,30 +10,26 @@ from kankaku.analysis.exports.gtfs_feed import feed_archive
 from kankaku.analysis.tables.columns import write_whole
 from kankaku.commands.export_shown import EXPORTED, ExportWish, refuse_day_and_zone
 from kankaku.commands.screen import refusals, show_warnings
+from kankaku.commands.shared_options import OUT
 from kankaku.commands.told_tables import path_line
-from kankaku.railway.plan.scenario import MAIN_FILE
 from kankaku.scenarios.exporting.gtfs_scenario import timetable_feed
 from kankaku.scenarios.exporting.railjson_scenario import railjson_of
 from kankaku.scenarios.loading.load import load
+from kankaku.scenarios.shipped import folder_of
 
 
-def is_scenario(place: Path) -> bool:
-    """Return whether a place is the folder of a scenario."""
-    return os.path.lexists(place / MAIN_FILE)
-
-
-def export_scenario(folder: Path, to: str, out: Path | None, asked: ExportWish) -> int:
+def export_scenario(scenario: Path, to: str, out: Path | None, asked: ExportWish) -> int:
     """
     Write a scenario in the format of another program.
 
     Parameters
     ----------
-    folder
-        Scenario folder.
+    scenario
+        Its folder, or the name of a shipped one.
     to
         One of ``SCENARIO_FORMATS``.
     out
-        Where the files go; a folder in the scenario's if None.
+        Where the files go; if None a folder in the scenario's, for a shipped one in ``out``.
     asked
         What only some formats need.
 
@@ -42,10 +38,12 @@ def export_scenario(folder: Path, to: str, out: Path | None, asked: ExportWish) 
     int
         How the command ends.
     """
-    with refusals(folder, out or folder):
+    named = not os.path.lexists(scenario)
+    # Nothing is written into the program's own folders.
+    place = out or (OUT if named else scenario) / EXPORTED / to
+    with refusals(scenario, place):
         known_name("format", to, list(SCENARIO_FORMATS))
-        place = out or folder / EXPORTED / to
-        files = SCENARIO_FORMATS[to](folder, place, asked)
+        files = SCENARIO_FORMATS[to](folder_of(scenario), place, asked)
         for file in files:
             path_line("Written", file)
     return 0

@@ -111,12 +111,20 @@ def show(
 
 
 def export(  # noqa: PLR0913, PLR0917 - one argument per option of the command line
-    results: Folder,
+    results: Annotated[
+        Path,
+        typer.Argument(
+            metavar="RESULTS|SCENARIO",
+            show_default=False,
+            help="Results folder, or the name of one in out/; or a scenario folder, or the name of "
+            "a shipped one that has no results there.",
+        ),
+    ],
     to: Annotated[
         str,
         typer.Option(
             help="railsim: time-distance columns; fcd: for a replay in sumo-gui; gtfs: actual "
-            "times; parquet: tidy tables. Of a scenario folder gtfs: booked times; railjson: line."
+            "times; parquet: tidy tables. Of a scenario gtfs: booked times; railjson: line."
         ),
     ],
     controller: Of = None,
@@ -133,14 +141,19 @@ def export(  # noqa: PLR0913, PLR0917 - one argument per option of the command l
     ] = "20260101",
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder for the files.", show_default="exported/ in the results folder"),
+        typer.Option(
+            help="Folder for the files.", show_default="exported/ in the folder, or in out/"
+        ),
     ] = None,
 ) -> None:
     """Write saved results, or a scenario, in the format of another program."""
     from kankaku.commands import export_scenario, export_shown
+    from kankaku.commands.shipped_names import is_scenario
 
     asked = export_shown.ExportWish(scenario, timezone, day)
-    if export_scenario.is_scenario(results):
+    of_scenarios = to in export_scenario.SCENARIO_FORMATS
+    only = of_scenarios and to not in export_shown.FORMATS_OF_OTHERS
+    if is_scenario(results, only=only) and (of_scenarios or results.exists()):
         end_with(export_scenario.export_scenario(results, to, out, asked))
     else:
         end_with(export_shown.export(results, to, out, controller or (), seed, asked))

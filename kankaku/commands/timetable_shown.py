@@ -5,6 +5,7 @@ from pathlib import Path
 from rich.markup import escape
 
 from kankaku.commands.screen import answers, complain, show_warnings
+from kankaku.commands.shipped_names import refuse_shipped
 from kankaku.railway.errors import KankakuError
 from kankaku.scenarios.drafts.draft import refuse_there
 from kankaku.scenarios.drafts.new_timetable import (
@@ -40,6 +41,7 @@ def make_timetable(folder: Path, said: TimetableAnswers, *, force: bool) -> int:
         How the command ends.
     """
     try:
+        refuse_shipped(folder)
         refuse_borrowed(folder, "timetable")
         refuse_there(folder, [SERVICES, CALLS], ANEW, force=force)
         made = made_timetable(folder, said)
@@ -93,6 +95,7 @@ def seconds_from_minutes(folder: Path, *, force: bool) -> int:
         How the command ends.
     """
     try:
+        refuse_shipped(folder)
         written = write_calls(folder, force=force)
     except KankakuError as error:
         complain(f"{folder} gets no timetable", error.sentences)
