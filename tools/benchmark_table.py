@@ -116,12 +116,11 @@ def main() -> None:
     """Run what is missing, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--from", dest="file", type=Path, help="result file")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes to use")
     asked = parser.parse_args()
     file = asked.file or OUT / "benchmark.json"
     if asked.file is None:
-        status = measure(
-            SHIPPED, tuple(SUITES), tuple(WORLDS), len(SEEDS), OUT, os.cpu_count() or 1
-        )
+        status = measure(SHIPPED, tuple(SUITES), tuple(WORLDS), len(SEEDS), OUT, asked.jobs)
         sys.stdout.write(f"ended with {status}\n")
     lines = table_lines(read_result(file))
     PAGE.write_text(with_table(PAGE.read_text("utf-8"), lines), "utf-8")

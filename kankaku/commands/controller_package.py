@@ -161,8 +161,8 @@ def package_files(name: str) -> dict[str, str]:
     values = {
         "name": name,
         "kind": f"Own{kind}" if kind in IMPORTED else kind,
-        "module": _module_of(name),
-        "package": _module_of(name).replace("_", "-"),
+        "module": module_of(name),
+        "package": module_of(name).replace("_", "-"),
     }
     parts = {
         PROJECT_FILE: _PROJECT,
@@ -173,7 +173,8 @@ def package_files(name: str) -> dict[str, str]:
     return {file: template.substitute(values) for file, template in parts.items()}
 
 
-def _module_of(name: str) -> str:
+def module_of(name: str) -> str:
+    """Return the module that holds an operation of somebody's own."""
     return f"kankaku_{name}"
 
 
@@ -193,7 +194,7 @@ def _mistakes(name: str) -> list[str]:
             of = layers.package_of(name) or "Kankaku"
             problem = f"{of} has the {layers.kind} {name!r} already"
             mistakes.append(f"--name: {problem}; allowed: another name")
-    if find_spec(_module_of(name)) is not None and not mistakes:
-        problem = f"there is a module {_module_of(name)} already"
+    if find_spec(module_of(name)) is not None and not mistakes:
+        problem = f"there is a module {module_of(name)} already"
         mistakes.append(f"--name: {problem}; allowed: another name")
     return mistakes

@@ -1,11 +1,12 @@
 """What the command ``new-controller`` shows: a package of one's own, and what to do with it."""
 
 import re
+import shlex
 from pathlib import Path
 
 from rich.markup import escape
 
-from kankaku.commands.controller_package import package_files
+from kankaku.commands.controller_package import module_of, package_files
 from kankaku.commands.screen import answers, complain
 from kankaku.railway.errors import KankakuError
 from kankaku.scenarios.drafts.draft import write_files
@@ -38,11 +39,13 @@ def make_package(folder: Path, name: str, *, force: bool) -> int:
     place = escape(str(folder))
     written = f"Operation {chosen!r}: {', '.join(files)} in {place}."
     following = (
-        f"Next: pip install --no-deps --editable {place}; kankaku check-controller {chosen}; "
-        f"kankaku run rush_hour --controller close_up --controller moving_block+{chosen}; "
-        f"kankaku benchmark {chosen}"
+        f"Write your own into {escape(str(folder / module_of(chosen)))}.py. It runs as it is, too:",
+        f"  pip install --no-deps --editable {escape(shlex.quote(str(folder)))}",
+        f"  kankaku check-controller {chosen}",
+        f"  kankaku run rush_hour --controller close_up --controller moving_block+{chosen}",
+        f"  kankaku benchmark {chosen}",
     )
-    for sentence in (written, following):
+    for sentence in (written, *following):
         answers.print(sentence, soft_wrap=True, highlight=False)
     return 0
 

@@ -148,8 +148,10 @@ def read_result(file: Path) -> dict[str, Any]:
     """
     try:
         told = json.loads(file.read_text("utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise BenchmarkFileError(file, [f"cannot be read: {error}"]) from error
+    except OSError as error:
+        raise BenchmarkFileError(file, [f"cannot be read: {error.strerror or error}"]) from error
+    except (ValueError, RecursionError) as error:
+        raise BenchmarkFileError(file, [f"is no JSON: {error}"]) from error
     mistakes = _malformed(told)
     if not mistakes:
         mistakes = _inconsistent(told)

@@ -39,7 +39,10 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> object:
     folder = tmp_path / "calm down"
     screen = kankaku("new-controller", folder)
     assert screen.status == 0
-    assert f"kankaku check-controller {NAME}" in screen.answers
+    told = screen.answers.splitlines()
+    assert f"  kankaku check-controller {NAME}" in told
+    assert f"  pip install --no-deps --editable '{folder}'" in told
+    assert f"Write your own into {folder / f'kankaku_{NAME}.py'}. It runs as it is, too:" in told
     on_the_path(folder, tmp_path / "site", monkeypatch)
     yield folder
     OPERATIONS.__dict__.pop("offered", None)

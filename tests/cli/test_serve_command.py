@@ -26,6 +26,9 @@ def test_a_peer_takes_part_and_the_tables_are_written(tmp_path: Path) -> None:
         waiting = served.stdout.readline()
         port = int(waiting.rpartition(":")[2])
         with socket.create_connection(("127.0.0.1", port), PATIENCE_S) as link:
+            link.sendall(b'{"kankaku": 1, "token": "guessed"}\n')
+            assert b"does not know the token" in link.recv(1000)
+        with socket.create_connection(("127.0.0.1", port), PATIENCE_S) as link:
             lines = link.makefile("rw")
             message: dict[str, object] = {"kankaku": 1, "token": "known"}
             seen: dict[str, object] = {}
@@ -37,6 +40,7 @@ def test_a_peer_takes_part_and_the_tables_are_written(tmp_path: Path) -> None:
                 message = {"decision": seen["decision"]} if "decision" in seen else {}
         told = served.stdout.read()
         assert served.wait(PATIENCE_S) == 0
+    assert "was let go: peer: does not know the token; another peer is waited for" in told
     assert "The run went to its end; 0 violations of safety" in told
     alone = Simulation("sakai_case1", seed=3, step_s=0.1, engine=NO_SUMO)
     for _ in alone:
