@@ -129,7 +129,8 @@ def by_layers(name: str) -> ControllerSpec:
     if not kinds or name == UNSUPERVISED:
         everything = dict.fromkeys(layer for known in registries for layer in known)
         problem = "is no protection, operation or supervision"
-        raise ControllerError(name, problem, likely(name, everything))
+        allowed = f"{likely(name, everything)}, or one of a package that is installed"
+        raise ControllerError(name, problem, allowed)
     layers[kinds[0]] = name
     if name in PROTECTIONS and name in OPERATIONS:
         # Layers of one name are made for each other.

@@ -113,7 +113,7 @@ class ControllerError(KankakuError):
     @property
     def sentences(self) -> tuple[str, ...]:
         """The file is named, too, where the key stands in one."""
-        return (str(self) if self.where.startswith("--") else f"{MAIN_FILE}: {self}",)
+        return (f"{MAIN_FILE}: {self}" if self.where.startswith("controllers.") else str(self),)
 
 
 class PluginError(KankakuError):
