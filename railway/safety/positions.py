@@ -138,26 +138,20 @@ def nearest_unreleased(
     """
     front_m, length_m, present = trains
     ends_m, hold_m, uses, release_s, touched_s = circuits
-    lowest_m, highest_m = _between_m(trains)
-    touching = np.empty(length_m.size, dtype=np.intp)
+    between_m = _between_m(trains)
     for circuit in range(ends_m.shape[0]):
         start_m, end_m = ends_m[circuit]
-        touch = 0
-        for column in range(length_m.size):
-            meets = highest_m[column] > start_m and lowest_m[column] < end_m
-            if meets and uses[column, circuit]:
-                touching[touch] = column
-                touch += 1
+        coming = _coming(uses[:, circuit], between_m, (start_m, end_m))
         for step in range(present.shape[1]):
             foremost_m = -np.inf
-            for column in touching[:touch]:
+            for column in coming:
                 here_m = front_m[column, step]
                 within = here_m > start_m and here_m - length_m[column] < end_m
                 if present[column, step] and within:
                     touched_s[circuit] = time_s[step]
                     foremost_m = max(foremost_m, here_m)
             if time_s[step] - touched_s[circuit] > release_s:
-                if touch == 0:
+                if coming.size == 0:
                     break
                 continue
             for column in range(length_m.size):
@@ -179,6 +173,15 @@ def _between_m(trains: Trains) -> tuple[FloatArray, FloatArray]:
                 lowest_m[column] = min(lowest_m[column], here_m - length_m[column])
                 highest_m[column] = max(highest_m[column], here_m)
     return lowest_m, highest_m
+
+
+@compiled
+def _coming(
+    uses: BoolArray, between_m: tuple[FloatArray, FloatArray], ends_m: tuple[float, float]
+) -> IntArray:
+    """Return the columns of the trains that come to a place which they use."""
+    lowest_m, highest_m = between_m
+    return np.flatnonzero(uses & (highest_m > ends_m[0]) & (lowest_m < ends_m[1]))
 
 
 @compiled
