@@ -309,6 +309,20 @@ def test_intervals_and_origins_are_those_of_the_tables(shown: Opened, results: R
     assert "1A" in shown.text("#delay-tree")
 
 
+def test_hovering_a_stop_tells_where_when_and_for_whom(shown: Opened) -> None:
+    shown.ask("kankaku.makeAll(); kankaku.choose({shown: ['late']})")
+    told = shown.ask(
+        "(() => { const line = kankaku.page.line; const [stem] = line.stems();"
+        "return line.hoverStop(stem.x, stem.top); })()"
+    )
+    assert told == [
+        "2B · late",
+        "07:03:20, 60.0 s",
+        "0.900 km → Beta",
+        "because of: 1A",
+    ]
+
+
 def test_seeds_are_shown_one_by_one_and_can_be_changed(chromium: "Browser", tmp_path: Path) -> None:
     runs = [
         saved_run(name, seed, late_s=late_s * seed)

@@ -320,8 +320,8 @@ export class Frame {
     this.pen.restore();
   }
 
-  /** A clock or a distance below. @param {boolean} isClock @param {boolean} [labels] */
-  axisX(isClock, labels = true) {
+  /** A clock or a distance below. @param {boolean} isClock */
+  axisX(isClock) {
     const { left, right, top, bottom } = this.box;
     const most = Math.max((right - left) / 74, 2);
     const span = this.x1 - this.x0;
@@ -337,7 +337,6 @@ export class Frame {
       pen.moveTo(x, top);
       pen.lineTo(x, bottom);
       pen.stroke();
-      if (!labels) continue;
       pen.fillStyle = themed("quiet");
       const told = isClock ? clock(value, step < 60) : number(value / 1000, step < 100 ? 2 : step < 1000 ? 1 : 0);
       pen.fillText(isClock ? told : `${told} km`, x, bottom + 5);

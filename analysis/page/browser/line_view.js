@@ -5,7 +5,7 @@ import { Frame } from "./frame.js";
 import { shownRuns } from "./runs.js";
 import { choose, state } from "./state.js";
 import { heat, pen as penOf, themed } from "./colours.js";
-import { clock, number, signed } from "./telling.js";
+import { clock, kilometres, number, signed } from "./telling.js";
 import { stationName, word } from "./words.js";
 import { sharesOf, sharesTold } from "./moment.js";
 import { headways } from "./station_times.js";
@@ -290,15 +290,20 @@ export class LineView {
     const frame = this.places;
     const durations = shownRuns(this.result).flatMap(({ run }) => [...run.stops.numbers("duration_s")]);
     [frame.y0, frame.y1] = [0, Math.max(...durations, 10) * 1.1];
-    frame.axisX(false, false);
     frame.axisY(`${word("duration")} [s]`, (value) => number(value, 0));
     const { pen } = frame;
-    const { bottom } = frame.box;
+    const { top: ceiling, bottom } = frame.box;
     let last = -Infinity;
     for (const station of this.result.stations) {
       const x = frame.x(station.chainage_m);
       if (x < frame.box.left || x > frame.box.right || x - last < 13) continue;
       last = x;
+      pen.strokeStyle = themed("grid");
+      pen.lineWidth = 1;
+      pen.beginPath();
+      pen.moveTo(Math.round(x) + 0.5, ceiling);
+      pen.lineTo(Math.round(x) + 0.5, bottom);
+      pen.stroke();
       pen.save();
       pen.translate(x + 4, bottom + 8);
       pen.rotate(-Math.PI / 4);
@@ -337,9 +342,11 @@ export class LineView {
     if (!stem) return null;
     const { run, row } = stem;
     const cause = run.remaining.rows === run.stops.rows ? run.remaining.text("cause", row) : "";
+    const next = this.result.stationOf.get(run.stops.text("next_station", row));
     return [
       `${run.stops.text("train", row)} · ${run.controller.replaceAll("_", " ")}`,
       `${clock(run.stops.numbers("start_s")[row])}, ${number(run.stops.numbers("duration_s")[row], 1)} s`,
+      `${kilometres(run.stops.numbers("front_m")[row])}${next ? ` → ${stationName(next)}` : ""}`,
       cause ? `${word("cause")}: ${cause}` : "",
     ].filter(Boolean);
   }
