@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pandas as pd
 
 from kankaku.analysis.asked_results import NotInResultsError, ResultsError, known_name, train_of
@@ -12,13 +13,14 @@ from kankaku.analysis.results import Results
 from kankaku.analysis.tables.causes import Seen
 from kankaku.analysis.tables.delay_tree import DelayTree, delay_tree
 from kankaku.analysis.tables.explained import Explained, explained, explanations_frame
-from kankaku.analysis.tables.run_tables import RunTables
+from kankaku.analysis.tables.run_tables import DWELLING, RunTables
 from kankaku.analysis.texts.explanation_texts import explanation_text
 from kankaku.analysis.words import DAY_S, clock, time_of_day_s
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+MINUTE_S = 60.0
 LARGEST_S = 10.0 * DAY_S
 """Nobody asks for a later time; what is larger is a slip. [s]"""
 
@@ -124,6 +126,8 @@ class Explainer:
             names.insert(0, controller)
         number = train_of(self._runs, train)
         time_s = _moment_s(at, self._runs, number)
+        if isinstance(at, str) and at.count(":") == 1:
+            time_s = _slowest_s(self._seen[names[0]], number, time_s)
         seen = tuple(self._seen[name] for name in names)
         trees = tuple(self._trees[name] for name in names)
         found = tuple(
@@ -150,7 +154,8 @@ def explain(
     train
         Train number.
     at
-        Time of day, ``"07:36"`` or ``"07:36:20"``, or seconds after midnight. [s]
+        Time of day, ``"07:36:20"``, or seconds after midnight; ``"07:36"`` is when the train was
+        slowest in that minute, but for its dwells, as on the page. [s]
     controller
         Whose explanation comes first, and in words; the first of the results if None.
     seed
@@ -205,3 +210,13 @@ def _moment_s(at: str | float, runs: Sequence[RunTables], train: str) -> float:
     first, last = (clock(float(moment), seconds=True) for moment in (times_s.min(), times_s.max()))
     told = f"train {train} was not on the line at {clock(time_s, seconds=True)}"
     raise NotInResultsError(where, told, f"from {first} to {last}")
+
+
+def _slowest_s(seen: Seen, train: str, minute_s: float) -> float:
+    """Return when a train was slowest in a minute, but for its dwells; its begin if it made one."""
+    samples = seen.samples(train)
+    inside = (samples["time_s"] >= minute_s) & (samples["time_s"] < minute_s + MINUTE_S)
+    under_way = np.flatnonzero(inside & (samples["reason"] != DWELLING))
+    if not under_way.size:
+        return minute_s
+    return float(samples["time_s"][under_way[np.argmin(samples["speed_mps"][under_way])]])

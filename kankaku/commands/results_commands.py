@@ -30,7 +30,13 @@ Of: TypeAlias = Annotated[
 def explain(  # noqa: PLR0917 - one argument per option of the command line
     results: Folder,
     train: Annotated[str, typer.Option(help="Train number.")],
-    at: Annotated[str, typer.Option(metavar="HH:MM[:SS]", help="Time of day.")],
+    at: Annotated[
+        str,
+        typer.Option(
+            metavar="HH:MM[:SS]",
+            help="Time of day; without seconds, when it was slowest in that minute.",
+        ),
+    ],
     controller: Of = None,
     seed: OfSeed = None,
     figure: Annotated[

@@ -124,6 +124,25 @@ def test_a_moment_is_said_as_people_do(results: Results) -> None:
     assert [time_of_day_s(text) for text in ("7", "7:60", "07:36:60", "noon")] == [None] * 4
 
 
+def test_a_minute_means_when_the_train_was_slowest_in_it(results: Results) -> None:
+    train, stood_s = a_stop(results)
+    minute_s = stood_s - stood_s % 60.0
+    samples = results.run("close_up").trajectory
+    own = samples[samples["train"].eq(train) & samples["time_s"].between(minute_s, minute_s + 59.9)]
+    at = f"{int(minute_s // 3600):02d}:{int(minute_s // 60 % 60):02d}"
+    row = explain(results, train, at).table.iloc[0]
+    assert row["state"] == "between_stations"
+    assert row["time_s"] == own.loc[own["speed_mps"].idxmin(), "time_s"]
+    assert explain(results, train, f"{at}:00").table["time_s"].iloc[0] == minute_s
+    # Who made a stop all the minute is asked about its begin.
+    calls = results.run("close_up").calls
+    longest = calls.loc[(calls["departure_s"] - calls["arrival_s"]).idxmax()]
+    minute_s = 60.0 * np.ceil(longest["arrival_s"] / 60.0)
+    assert longest["departure_s"] > minute_s + 60.0
+    at = f"{int(minute_s // 3600):02d}:{int(minute_s // 60 % 60):02d}"
+    assert explain(results, longest["train"], at).table["time_s"].iloc[0] == minute_s
+
+
 def test_after_midnight_the_clock_of_the_run_goes_on(results: Results) -> None:
     later_s = 86_400.0 - 25_200.0
     ends = ("time_s", "start_s", "arrival_s", "departure_s")
