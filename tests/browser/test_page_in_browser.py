@@ -1,6 +1,7 @@
 """The page in a real browser: it works, asks nobody, and shows what the tables say."""
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ from kankaku.analysis.tables.columns import rows_of
 from kankaku.analysis.tables.compare import comparison
 from kankaku.analysis.tables.intervals import departure_arrival_intervals
 from tests.browser.browsing import Opened, browser, opened
-from tests.unit.page_folder import HOSTILE, saved_run, write_results
+from tests.unit.page_folder import HOSTILE, LINE, PLACES_M, saved_run, write_results
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -27,6 +28,12 @@ INKED = """(selector) => {
   return colours.size;
 }"""
 """How many colours a canvas shows."""
+
+
+def named(names: Mapping[str, str]) -> dict[str, object]:
+    """Return what results say of the line, with other names of its stations."""
+    places = [{"id": key, "name": name, "chainage_m": PLACES_M[key]} for key, name in names.items()]
+    return {**LINE, "stations": places}
 
 
 @pytest.fixture(scope="module")
@@ -204,6 +211,50 @@ def test_nothing_is_wider_than_the_window(
         found.page.wait_for_timeout(200)
         assert found.ask("document.documentElement.scrollWidth") <= width
         assert found.ask("document.documentElement.dataset.theme") == ("dark" if dark else "light")
+        assert not found.troubles
+
+
+OVERLAPS = """() => {
+  const frame = kankaku.page.train.speed;
+  const told = [], write = frame.pen.fillText;
+  frame.pen.fillText = function (text, x, y) {
+    if (this.textAlign === "left") told.push([text, x, x + this.measureText(text).width, y]);
+    write.apply(this, arguments);
+  };
+  frame.paint();
+  delete frame.pen.fillText;
+  const names = told.filter(([text]) => /station/.test(text));
+  const over = names.filter(([, x], at) => at && x < names[at - 1][2]);
+  return [names.map(([text]) => text), over];
+}"""
+"""Names of stations over the speed of a train, and those that begin before the last one ends."""
+
+
+@pytest.mark.parametrize("width", [1280, 400])
+def test_long_names_of_stations_are_whole_and_apart(
+    chromium: "Browser", tmp_path: Path, width: int
+) -> None:
+    names = {
+        "a": "The first station of a very long line",
+        "b": "A station",
+        "c": "Its last station",
+    }
+    folder = write_results(tmp_path / "long", [saved_run("plain")], names=names)
+    folder.joinpath("line.json").write_text(json.dumps(named(names)), "utf-8")
+    file = tmp_path / "report.html"
+    file.write_text(page_of([read_source(folder)]), "utf-8")
+    with opened(chromium, file, width=width) as found:
+        found.ask("kankaku.makeAll(); kankaku.choose({train: '2B'})")
+        found.page.wait_for_timeout(200)
+        told, over = found.ask(f"({OVERLAPS})()")
+        assert told[0] == names["a"]
+        assert over == []
+        cut = found.ask(
+            "[...document.querySelectorAll('#line_view svg.chart text')]"
+            ".filter(one => one.getBBox().x < 0).map(one => one.textContent)"
+        )
+        assert cut == []
+        assert names["a"] in found.page.locator("#line_view svg.chart text").all_text_contents()
         assert not found.troubles
 
 

@@ -70,6 +70,15 @@ export function headways(result) {
   return el("div", { class: "panels wide" }, panels);
 }
 
+const ruler = /** @type {CanvasRenderingContext2D} */ (document.createElement("canvas").getContext("2d"));
+
+/** A name that ends at a place and is squeezed where it would begin outside. @param {string} name @param {number} x @param {number} y */
+function beside(name, x, y) {
+  ruler.font = "11.5px system-ui, sans-serif";
+  const squeezed = ruler.measureText(name).width > x - 2 ? { textLength: x - 2, lengthAdjust: "spacingAndGlyphs" } : {};
+  return svg("text", { x, y, "text-anchor": "end", class: "label", ...squeezed }, name);
+}
+
 /** @param {Result} result @param {string} title @param {{index: number, name: string, by: Map<string, number[]>}[]} bars */
 function bands(result, title, bars) {
   const { stations } = result;
@@ -86,7 +95,7 @@ function bands(result, title, bars) {
   }
   stations.forEach((station, at) => {
     const y = top + row * at;
-    drawn.push(svg("text", { x: left - 8, y: y + row / 2 + 3, "text-anchor": "end", class: "label" }, stationName(station)));
+    drawn.push(beside(stationName(station), left - 8, y + row / 2 + 3));
     bars.forEach(({ index, name, by }, place) => {
       const all = by.get(station.id) ?? [];
       if (!all.length) return;

@@ -247,9 +247,9 @@ export class TrainView {
       pen.stroke();
       const station = this.result.stationOf.get(calls.text("station", row));
       const name = station ? stationName(station) : calls.text("station", row);
-      if (x - last > pen.measureText(name).width + 8) {
+      if (x + 3 > last + 5) {
         pen.fillText(name, x + 3, top + 1);
-        last = x;
+        last = x + 3 + pen.measureText(name).width;
       }
     }
   }
