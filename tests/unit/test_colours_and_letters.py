@@ -1,5 +1,6 @@
 """Colours that nobody takes for one another, and letters that can all be drawn."""
 
+import re
 from itertools import combinations
 from pathlib import Path
 
@@ -21,10 +22,13 @@ from kankaku.analysis.figures.style import (
     style,
     write_figure,
 )
+from kankaku.analysis.page.html import BROWSER
 from kankaku.railway.arrays import FloatArray
 
 APART = 0.06
 """Of two colours in Oklab; what can just be told apart is a third of it. [-]"""
+CONTRAST = 3.0
+"""What WCAG 2.2 asks of lines of a figure (1.4.11). [-]"""
 MOST_BYTES = 2_500_000
 TO_CONES = np.array(
     [
@@ -60,11 +64,21 @@ SIGHT = {
 """Machado, Oliveira and Fernandes, *A physiologically-based model*, 2009, severity 1."""
 
 
+def linear(colours: tuple[str, ...]) -> FloatArray:
+    """Return colours without gamma. [-], shape (n, 3)"""
+    srgb = np.array([[int(one[at : at + 2], 16) for at in (1, 3, 5)] for one in colours]) / 255.0
+    found: FloatArray = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    return found
+
+
+def luminance(colour: str) -> float:
+    """Return how light a colour is, as WCAG counts it. [-]"""
+    return float((linear((colour,)) @ np.array([0.2126, 0.7152, 0.0722]))[0])
+
+
 def oklab(colours: tuple[str, ...], sight: str) -> FloatArray:
     """Return colours as they are seen. [-], shape (n, 3)"""
-    srgb = np.array([[int(one[at : at + 2], 16) for at in (1, 3, 5)] for one in colours]) / 255.0
-    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-    seen = np.clip(linear @ SIGHT[sight].T, 0.0, 1.0)
+    seen = np.clip(linear(colours) @ SIGHT[sight].T, 0.0, 1.0)
     found: FloatArray = np.cbrt(seen @ TO_CONES.T) @ TO_LAB.T
     return found
 
@@ -74,6 +88,31 @@ def test_any_two_colours_are_told_apart(sight: str) -> None:
     seen = oklab((*PALETTE, BOOKED), sight)
     apart = [float(np.linalg.norm(one - other)) for one, other in combinations(seen, 2)]
     assert min(apart) > APART
+
+
+def page_colours(ground: str) -> tuple[str, ...]:
+    """Return the colours of controllers on the page, on a light or a dark ground."""
+    text = (BROWSER / "colours.js").read_text("utf-8")
+    (block,) = re.findall(rf"^const {ground} = \[(.*?)\];", text, re.MULTILINE | re.DOTALL)
+    return tuple(re.findall(r"#[0-9a-f]{6}", block))
+
+
+@pytest.mark.parametrize("sight", SIGHT)
+@pytest.mark.parametrize(("ground", "paper"), [("LIGHT", "#ffffff"), ("DARK", "#14181c")])
+def test_controllers_are_told_apart_on_the_page(sight: str, ground: str, paper: str) -> None:
+    colours = page_colours(ground)
+    assert len(colours) == 16
+    seen = oklab((*colours, paper), sight)
+    apart = [float(np.linalg.norm(one - other)) for one, other in combinations(seen, 2)]
+    assert min(apart) > APART
+
+
+@pytest.mark.parametrize(("ground", "paper"), [("LIGHT", "#ffffff"), ("DARK", "#14181c")])
+def test_lines_of_the_page_stand_out_from_their_ground(ground: str, paper: str) -> None:
+    assert f"--paper: {paper};" in (BROWSER / "page.css").read_text("utf-8")
+    *own, least = (luminance(colour) for colour in (*page_colours(ground), paper))
+    for one in own:
+        assert (max(one, least) + 0.05) / (min(one, least) + 0.05) >= CONTRAST
 
 
 def test_the_measure_sees_what_red_green_blindness_confuses() -> None:

@@ -2,14 +2,15 @@
 
 /** @typedef {{colour: string, dash: number[]}} Pen */
 
-// Okabe and Ito 2008 and Tol's muted scheme, darkened or lightened until they stand out.
+// Okabe and Ito 2008 and Tol's muted scheme, darkened or lightened until they stand out; then each time the colour that is
+// farthest from all before it for whoever sees it least, as for the figures.
 const LIGHT = [
-  "#0072b2", "#c84f00", "#008060", "#aa4499", "#2f86b8", "#9a6700", "#332288",
-  "#882255", "#4d7c0f", "#00808a", "#8b5a2b", "#c02f5d", "#004b6e", "#6b6b00", "#7a3db8", "#a33c00",
+  "#0072b2", "#c84f00", "#008060", "#aa4499", "#4b2d0f", "#4b0096", "#ff1eff", "#0000f0",
+  "#87004b", "#96965a", "#004b69", "#0096ff", "#873c00", "#a578d2", "#781ec3", "#e10f69",
 ];
 const DARK = [
-  "#58aee8", "#ff9452", "#34cf9f", "#e48bd6", "#a5d8f7", "#f2bc50", "#b0a4f5",
-  "#ec8fb3", "#b4d660", "#5fd6dc", "#dcb68c", "#ff9aae", "#7fb2cc", "#d6d65f", "#c89bff", "#ffb38a",
+  "#58aee8", "#ff9452", "#34cf9f", "#b40ff0", "#697800", "#e1f000", "#ffd2ff", "#786996",
+  "#ff004b", "#a578ff", "#d2f0c3", "#ff5ac3", "#1ec300", "#78f087", "#b46969", "#b4c3f0",
 ];
 /** @type {number[][]} */
 const DASHES = [[], [7, 3], [2, 2.5], [9, 3, 2, 3]];
