@@ -261,6 +261,16 @@ def test_long_names_of_stations_are_whole_and_apart(
 def test_a_reader_of_japanese_gets_japanese(chromium: "Browser", file: Path) -> None:
     with opened(chromium, file, language="ja-JP") as found:
         assert found.text("#findings h2") == "判定"
+        found.ask("kankaku.makeAll(); kankaku.choose({focus: 'late', shown: ['late']})")
+        assert "1A Beta駅で停車超過: 他の 1 列車に" in found.text("#delay-tree")
+        assert "主な発端:1A Beta駅で停車超過 (" in found.text("#line_view")
+        found.page.set_viewport_size({"width": 220, "height": 900})
+        tops = found.ask(
+            "(() => { const label = document.createRange();"
+            "label.selectNodeContents(document.querySelector('.safety strong'));"
+            "return [...label.getClientRects()].map(line => line.top); })()"
+        )
+        assert len(set(tops)) == 1
         assert not found.troubles
 
 

@@ -118,8 +118,8 @@ export function sharesTold(result, shares) {
     .slice(0, MOST_SHARES)
     .map(({ train, station, kind, lost_s }) => {
       const place = result.stationOf.get(station);
-      const where = place ? ` ${stationName(place)}` : "";
-      return `${train || "–"} ${word(kind)}${where} (${number(lost_s, 0)} s)`;
+      const how = word(kind, { station: place ? stationName(place) : station });
+      return `${train || "–"} ${how} (${number(lost_s, 0)} s)`;
     })
     .join("; ");
 }

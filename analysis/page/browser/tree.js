@@ -65,8 +65,7 @@ export function delayTree(result, run) {
   const items = origins.map((origin) => {
     const { train, station, kind, lost_s, trains, below } = origin;
     const place = result.stationOf.get(station);
-    const where = place ? stationName(place) : station;
-    const how = word(kind);
+    const how = word(kind, { station: place ? stationName(place) : station });
     return el(
       "details",
       { class: "origin" },
@@ -74,7 +73,7 @@ export function delayTree(result, run) {
         "summary",
         {},
         el("strong", {}, train || "–"),
-        ` ${how}${where ? ` ${where}` : ""}: `,
+        ` ${how}: `,
         word(trains === 1 ? "costs_one" : "costs_others", { seconds: number(lost_s, 0), trains }),
         el("span", { class: "bar", style: { width: `${(100 * lost_s) / origins[0].lost_s}%` } }),
       ),

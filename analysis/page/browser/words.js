@@ -143,7 +143,7 @@ export const WORDS = {
     "Every lateness is followed back along the trains ahead to where it began; open an origin to see whom it reached. The longest first.",
     "遅れを先行列車へとさかのぼり、発端ごとにまとめた。開くと波及先が見える。長い順。",
   ],
-  overstay: ["overstays at", "で停車超過"],
+  overstay: ["overstays at {station}", "{station}で停車超過"],
   own_run: ["late by its own run", "自列車の走行による遅れ"],
   in_the_way: ["in the way", "支障"],
   unknown: ["not known", "不明"],
