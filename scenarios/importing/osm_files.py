@@ -99,7 +99,7 @@ class _Extract:
             if ids is not None:
                 found = found.with_filter(self._osmium.filter.IdFilter(sorted(ids)))
             yield from found
-        except (RuntimeError, OSError, ValueError) as error:
+        except (RuntimeError, OSError, ValueError, self._osmium.InvalidLocationError) as error:
             told = " ".join(str(error).split())
             sentence = f"{self._source.name}: cannot be read: {told}"
             allowed = "a file .osm, .osm.xml or .osm.pbf"

@@ -154,6 +154,14 @@ def test_file_that_is_no_extract_is_refused(tmp_path: Path, name: str) -> None:
         read_route(path, "A")
 
 
+@pytest.mark.parametrize("place", ["seven", "", "1e5"])
+def test_place_that_is_no_number_is_refused(source: Path, place: str) -> None:
+    text = source.read_text(encoding="utf-8").replace('lat="0.0"', f'lat="{place}"', 1)
+    source.write_text(text, encoding="utf-8")
+    with pytest.raises(SourceError, match=r"town\.osm: cannot be read: wrong format for coord"):
+        read_route(source, "A")
+
+
 def test_absent_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match="cannot be read"):
         read_route(tmp_path / "town.osm", "A")
