@@ -165,7 +165,8 @@ def read_json(path: Path) -> KeyPlace:
         # Half a character, which no file can hold, may be written as an escape.
         json.dumps(data, ensure_ascii=False).encode()
     except OSError as error:
-        raise SourceError((f"{path.name}: cannot be read: {error.strerror}; {allowed}",)) from error
+        sentence = f"{path.name}: cannot be read: {error.strerror}; allowed: {allowed}"
+        raise SourceError((sentence,)) from error
     except RecursionError as error:
         sentence = f"{path.name}: is nested too deeply; allowed: {allowed}"
         raise SourceError((sentence,)) from error

@@ -170,7 +170,7 @@ def test_trains_that_would_stand_in_one_place_are_refused(tmp_path: Path) -> Non
 
 
 def test_no_file_and_an_unasked_option_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(SourceError, match="cannot be read"):
+    with pytest.raises(SourceError, match="No such file or directory; allowed: a file"):
         imported("ttobench", tmp_path / "none.json", Wish())
     with pytest.raises(DraftError, match="--route"):
         imported("ttobench", YIZHUANG, Wish(route="x"))
