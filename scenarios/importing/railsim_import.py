@@ -70,6 +70,10 @@ def read(source: Path, wish: Wish) -> Draft:
     stops = _stops(told, route, begins_km, start_km)
     ids = SafeIds()
     riding = [other for other in told.routes if _rides(told, other, stops, links)]
+    if not riding:
+        problem = "no train calls at the first stop along it and then at more of them in order"
+        allowed = "two stops or more, the first of them at its beginning"
+        raise SourceError((str(Mistake(source.name, f"route {route.id}", problem, allowed)),))
     kinds = sorted({told.vehicles[d.vehicle] for other in riding for d in other.departures})
     names = {kind: ids.of(kind) for kind in kinds}
     types = {name: _train_type(told, kind) for kind, name in names.items()}

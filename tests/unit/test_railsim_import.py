@@ -174,6 +174,10 @@ def test_a_route_can_be_chosen(source: Path) -> None:
         ({"schedule": SCHEDULE.replace('<link refId="l2"/>', "")}, "'l3' does not go on from 'l1'"),
         ({"schedule": SCHEDULE.replace("00:03:00", "3 min")}, "arrivalOffset: is '3 min'"),
         ({"schedule": NETWORK}, "is a second file of network"),
+        (
+            {"schedule": SCHEDULE.replace('<stop refId="A"', '<stop refId="M"')},
+            "route stopping: no train calls at the first stop along it",
+        ),
     ],
 )  # fmt: skip
 def test_mistakes_name_file_and_element(
