@@ -1,5 +1,6 @@
 """A route of OpenStreetMap to a drafted scenario, with trains at even intervals."""
 
+from itertools import pairwise
 from pathlib import Path
 
 from kankaku.scenarios.drafts.circulation import LONGEST_STAY_S, linked
@@ -11,7 +12,7 @@ from kankaku.scenarios.drafts.runs import Runs
 from kankaku.scenarios.drafts.sketch import Sketch, Stop
 from kankaku.scenarios.drafts.stock_library import library_train
 from kankaku.scenarios.importing.earth_places import identifiers
-from kankaku.scenarios.importing.formats import Wish
+from kankaku.scenarios.importing.formats import SourceError, Wish
 from kankaku.scenarios.importing.osm_files import OsmLine, read_route
 from kankaku.scenarios.reading.row_formats import GeometryRow, LimitRow
 
@@ -62,7 +63,9 @@ def read(source: Path, wish: Wish) -> Draft:
     entry = library_train(wish.train or DEFAULT_TRAIN)
     why = "asked for with the command" if wish.train else "a map has no trains"
     notes.assume("train", f"{wish.train or DEFAULT_TRAIN} of the library: {entry.title}", why)
-    sketch = Sketch(title, notes, _stops(line), (), {"train": entry.entry})
+    stops = _stops(line)
+    _refuse_one_place(source, stops)
+    sketch = Sketch(title, notes, stops, (), {"train": entry.entry})
     sketch.single_track = _is_single(notes, line, wish)
     _add_stretches(sketch, line)
     _add_trips(sketch, wish)
@@ -81,6 +84,18 @@ def _stops(line: OsmLine) -> tuple[Stop, ...]:
         )
         for name, stop in zip(names, line.stops, strict=True)
     )
+
+
+def _refuse_one_place(source: Path, stops: tuple[Stop, ...]) -> None:
+    """Refuse stops between which no train runs a metre."""
+    told = tuple(
+        f"{source.name}: stops {one.name!r} and {other.name!r} lie at the same place of the "
+        f"route, km {one.chainage_km:g}; allowed: one name for one place"
+        for one, other in pairwise(stops)
+        if other.chainage_km <= one.chainage_km
+    )
+    if told:
+        raise SourceError(told)
 
 
 def _is_single(notes: SourceNotes, line: OsmLine, wish: Wish) -> bool:

@@ -128,6 +128,15 @@ def test_gap_in_the_ways_is_refused(tmp_path: Path) -> None:
         read_route(path, "A")
 
 
+def test_two_stops_at_one_place_are_refused(source: Path) -> None:
+    text = source.read_text(encoding="utf-8").replace('lon="0.054000"', 'lon="0.036000"')
+    source.write_text(text, encoding="utf-8")
+    with pytest.raises(SourceError) as refusal:
+        imported("osm", source, Wish(route="A"))
+    told = "town.osm: stops 'Stop 5' and 'Stop 7' lie at the same place of the route, km 4.003;"
+    assert [told in sentence for sentence in refusal.value.sentences] == [True]
+
+
 def test_cut_extract_is_refused(tmp_path: Path) -> None:
     routes = [route(9, "A", (101, 102, 103), STOPS)]
     (tmp_path / "ways").mkdir()
