@@ -327,18 +327,20 @@ def _route(tag: _Tag, line: str, told: RailsimSource) -> RailsimRoute:
         least_s = stop.clock_s("minimumStopDuration", otherwise_s=0)
         stops.append(RailsimStop(facility, arrival_s, max(departure_s, arrival_s), least_s))
     links = tuple(_known(link, "refId", told.links, "link") for link in tag.each("route/link"))
-    departures = tuple(
-        RailsimDeparture(
-            item.text("id"),
-            item.clock_s("departureTime"),
-            _known(item, "vehicleRefId", told.vehicles, "vehicle"),
-        )
-        for item in tag.each("departures/departure")
-    )
+    departures: dict[str, RailsimDeparture] = {}
+    for item in tag.each("departures/departure"):
+        name = item.text("id")
+        if name in departures:
+            item.wrong("id", "stands in this route already", "every departure once")
+        vehicle = _known(item, "vehicleRefId", told.vehicles, "vehicle")
+        departures[name] = RailsimDeparture(name, item.clock_s("departureTime"), vehicle)
     ways = [told.links[name] for name in links if name in told.links]
     for before, after in pairwise(ways):
         if before.to_node != after.from_node:
             tag.wrong("", f"link {after.id!r} does not go on from {before.id!r}", "links in order")
     if not links and departures:
         tag.wrong("", "has no links", "links from the first stop to the last")
-    return RailsimRoute(line, tag.text("id"), tuple(stops), links, departures)
+    name = tag.text("id")
+    if (line, name) in {(other.line, other.id) for other in told.routes}:
+        tag.wrong("id", "stands in this line already", "every route once")
+    return RailsimRoute(line, name, tuple(stops), links, tuple(departures.values()))

@@ -218,14 +218,17 @@ def _trips(
     ids, made, last_s, moved = SafeIds(), [], -1e9, []
     booked = [(item.time_s, route, item) for route in riding for item in route.departures]
     earliest_s = min(time_s for time_s, *_ in booked)
+    uses = Counter(item.id for *_, item in booked)
     at_once = {time_s for time_s, count in Counter(at for at, *_ in booked).items() if count > 1}
     # Who is booked at midnight stands ready before it; days begin with hour 0 in files.
     shift_s = 3600 if earliest_s < 3600 else 0
     for time_s, route, item in sorted(booked, key=lambda item: item[0]):
         leaves_s = time_s + shift_s
+        # Of two routes each may have a departure of that name.
+        name = item.id if uses[item.id] == 1 else f"{route.line}-{route.id}-{item.id}"
         if leaves_s < last_s + headway_s and time_s in at_once:
             leaves_s = round(last_s + headway_s)
-            moved.append(item.id)
+            moved.append(name)
         last_s = float(leaves_s)
         calls = []
         for number, stop in enumerate(route.stops):
@@ -237,7 +240,7 @@ def _trips(
                 departure_s = max(departure_s, arrival_s + DWELL_S)
             calls.append(TripCall(stops[stop.facility].id, arrival_s, departure_s))
         kind = names[told.vehicles[item.vehicle]]
-        made.append(DraftTrip(ids.of(item.id), kind, tuple(calls)))
+        made.append(DraftTrip(ids.of(name), kind, tuple(calls)))
     notes = way.notes
     if shift_s:
         notes.assume("all times", "an hour later", "trains stand ready before they depart")

@@ -84,6 +84,7 @@ SCHEDULE = "".join(
         "</transitLine></transitSchedule>",
     ]
 )
+TWICE = '<departure id="stopping_0" departureTime="06:30:00" vehicleRefId="v3"/>'
 FILES = {"net.xml": NETWORK, "schedule.xml": SCHEDULE, "vehicles.xml": VEHICLES}
 
 
@@ -153,6 +154,14 @@ def test_trains_that_are_booked_at_once_follow_each_other(source: Path, tmp_path
         assert told in text, told
 
 
+def test_routes_may_have_departures_of_one_name(tmp_path: Path) -> None:
+    schedule = SCHEDULE.replace("through_0", "0").replace("stopping_0", "0")
+    draft = imported("railsim", folder_of(tmp_path / "case", schedule=schedule), Wish())
+    assert rows(draft, "services.csv", "train") == [("L-stopping-0",), ("L-through-0",)]
+    write_files(draft.files(), tmp_path / "made")
+    assert not load(tmp_path / "made").warnings
+
+
 def test_a_route_can_be_chosen(source: Path) -> None:
     draft = imported("railsim", source, Wish(route="aside"))
     assert rows(draft, "services.csv", "train") == [("aside_0",)]
@@ -174,6 +183,14 @@ def test_a_route_can_be_chosen(source: Path) -> None:
         ({"schedule": SCHEDULE.replace('<link refId="l2"/>', "")}, "'l3' does not go on from 'l1'"),
         ({"schedule": SCHEDULE.replace("00:03:00", "3 min")}, "arrivalOffset: is '3 min'"),
         ({"schedule": NETWORK}, "is a second file of network"),
+        (
+            {"schedule": SCHEDULE.replace("<departures>", f"<departures>{TWICE}", 1)},
+            "/departure stopping_0 id: stands in this route already",
+        ),
+        (
+            {"schedule": SCHEDULE.replace('"through"', '"stopping"')},
+            "/transitRoute stopping id: stands in this line already",
+        ),
         (
             {"schedule": SCHEDULE.replace('<stop refId="A"', '<stop refId="M"')},
             "route stopping: no train calls at the first stop along it",
