@@ -86,10 +86,11 @@ def read_line_files(source: Path, route: str) -> TokyoLine:
         mistakes.append(f"{railways_file.name}: no line {key!r}; allowed: a file that has it")
     if mistakes:
         raise SourceError(tuple(mistakes))
+    order = _order(f"{railways_file.name}: line {key!r}", entry.get("stations"), mistakes)
     line = TokyoLine(
         key,
         _title(entry, "en") or key,
-        list(_stations(stations_file.name, stations, entry.get("stations"), mistakes)),
+        list(_stations(stations_file.name, stations, order, mistakes)),
         [],
         entry.get("carComposition") if isinstance(entry.get("carComposition"), int) else None,
         {"trains": source.name, "stations": stations_file.name, "railways": railways_file.name},
@@ -181,18 +182,22 @@ def _title(entry: Mapping[str, Any], language: str) -> str:
     return told if isinstance(told, str) else ""
 
 
+def _order(place: str, told: object, mistakes: list[str]) -> list[str]:
+    """Return the keys of a line's stations, in its order; none if there is no order."""
+    keys = [key for key in told if isinstance(key, str)] if isinstance(told, list) else []
+    if not isinstance(told, list) or len(keys) < 2 or len(keys) < len(told):
+        mistakes.append(f"{place} has no order of stations; allowed: two or more")
+        return []
+    if len(set(keys)) < len(keys):
+        mistakes.append(f"{place} calls twice at a station; allowed: lines that are no ring")
+        return []
+    return keys
+
+
 def _stations(
-    file: str, entries: Sequence[Mapping[str, Any]], order: object, mistakes: list[str]
+    file: str, entries: Sequence[Mapping[str, Any]], order: Sequence[str], mistakes: list[str]
 ) -> Iterator[TokyoStation]:
     """Yield the stations of a line, in its order."""
-    if not isinstance(order, list) or len(order) < 2 or not all(isinstance(k, str) for k in order):
-        mistakes.append(f"{file}: the line has no order of stations; allowed: two or more")
-        return
-    if len({str(key) for key in order}) < len(order):
-        mistakes.append(
-            f"{file}: the line calls twice at a station; allowed: lines that are no ring"
-        )
-        return
     by_key = {entry.get("id"): entry for entry in entries if isinstance(entry.get("id"), str)}
     for key in order:
         entry = by_key.get(key, {})

@@ -14,6 +14,7 @@ from kankaku.scenarios.reading.row_formats import CallRow, ServiceRow, StationRo
 from tests.shared_data import SAMPLES
 
 PUBLIC = SAMPLES / "mini-tokyo-3d"
+LINE = "railways.json: line 'X.Y'"
 NAMES = ("Higashi", "Naka", "Nishi")
 Entry = dict[str, Any]
 
@@ -196,8 +197,9 @@ def test_all_mistakes_are_told_at_once(tmp_path: Path) -> None:
         ({"stations_few": [], "railways": []}, "no line 'X.Y'"),
         ({"stations_few": []}, "station 'X.Y.Higashi' is not there"),
         ({"stations_2": []}, "2 files stations*.json beside it"),
-        ({"railways": [{"id": "X.Y", "stations": ["X.Y.Naka"]}]}, "no order of stations"),
-        ({"railways": [{"id": "X.Y", "stations": ["X.Y.Naka"] * 2}]}, "twice at a station"),
+        ({"railways": [{"id": "X.Y", "stations": ["X.Y.Naka"]}]}, f"{LINE} has no order"),
+        ({"railways": [{"id": "X.Y", "stations": ["X.Y.Naka", 1, "b"]}]}, f"{LINE} has no order"),
+        ({"railways": [{"id": "X.Y", "stations": ["X.Y.Naka"] * 2}]}, f"{LINE} calls twice at"),
     ],
 )
 def test_wrong_files_beside_the_timetable_are_refused(
