@@ -214,7 +214,7 @@ def jobs(_: int, __: Sequence[str]) -> dict[str, Any]:
     taken_s = {}
     for processes in (1, 2):
         chosen = study.choose(
-            FOLDER, names=["close_up"], seeds=8, step_s=STEP_S, jobs=processes, engine=WITNESS
+            FOLDER, names=["close_up"], seeds=SEEDS, step_s=STEP_S, jobs=processes, engine=WITNESS
         )
         with tempfile.TemporaryDirectory() as folder:
             started = perf_counter()
