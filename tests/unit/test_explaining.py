@@ -132,11 +132,11 @@ def test_a_minute_means_when_the_train_was_slowest_in_it(results: Results) -> No
     at = f"{int(minute_s // 3600):02d}:{int(minute_s // 60 % 60):02d}"
     row = explain(results, train, at).table.iloc[0]
     assert row["state"] == "between_stations"
-    assert row["time_s"] == own.loc[own["speed_mps"].idxmin(), "time_s"]
+    assert row["time_s"] == own["time_s"].iloc[int(own["speed_mps"].argmin())]
     assert explain(results, train, f"{at}:00").table["time_s"].iloc[0] == minute_s
     # Who made a stop all the minute is asked about its begin.
     calls = results.run("close_up").calls
-    longest = calls.loc[(calls["departure_s"] - calls["arrival_s"]).idxmax()]
+    longest = calls.iloc[int((calls["departure_s"] - calls["arrival_s"]).argmax())]
     minute_s = 60.0 * np.ceil(longest["arrival_s"] / 60.0)
     assert longest["departure_s"] > minute_s + 60.0
     at = f"{int(minute_s // 3600):02d}:{int(minute_s // 60 % 60):02d}"
