@@ -16,9 +16,8 @@ from kankaku.railway.step.records import Trajectory
 from kankaku.railway.step.state import NO_VERSION, Advice, Authority, LineState
 from kankaku.railway.step.step_block import BLOCK_STEPS, Examiner, StepBlock
 
-_Lasting: TypeAlias = tuple[IntArray, BoolArray, BoolArray, FloatArray]
-"""Of every train the next call, whether a sudden obstruction surprises it, whether it runs, and
-when the commands were sent that it has heard."""
+_Lasting: TypeAlias = tuple[IntArray, BoolArray, BoolArray]
+"""Of every train the next call, whether a sudden obstruction surprises it, and whether it runs."""
 
 
 class Listener(Protocol):
@@ -62,8 +61,7 @@ class Recorder:
         self._front_m, self._speed_mps, self._eoa_m, self._delay_s = np.zeros((4, *shape))
         # Before a train enters, whoever measures all steps of it needs a place on its way.
         self._front_m[:] = world.stop_m[:, 0]
-        self._heard_s = np.zeros(shape)
-        self._without_radio_s = np.full(world.size, np.inf)
+        self._heard_s = np.full(shape, np.inf)
         self._next_call = np.zeros(shape, dtype=np.intp)
         self._present, self._running, self._surprised = np.zeros((3, *shape), dtype=np.bool_)
         self._emergency = np.zeros(shape, dtype=np.bool_)
@@ -72,6 +70,8 @@ class Recorder:
         self._versions = (NO_VERSION, NO_VERSION, NO_VERSION)
         self._present_now: BoolArray = np.zeros(world.size, dtype=np.bool_)
         self._lasting: _Lasting | None = None
+        self._heard_now_s: FloatArray | None = None
+        """When the commands were sent that each train has heard; None without a radio. [s]"""
         every = max(1, round(1.0 / world.step_s))
         self._sampled = SampledReasons(self._reasons, world.size, every)
         self._samples: list[tuple[FloatArray | IntArray, ...]] = []
@@ -143,8 +143,8 @@ class Recorder:
                 state.next_call,
                 state.wayside.surprised,
                 state.running,
-                self._without_radio_s if radio is None else radio.heard_s,
             )
+            self._heard_now_s = None if radio is None else radio.heard_s
         self._written += 1
         if self._written > BLOCK_STEPS:
             self.flush()
@@ -190,13 +190,8 @@ class Recorder:
             How many it took. [-]
         """
         end = self._written + steps
-        heard_s = self._heard_s[self._written : end].copy()
-        self._written, written = end, self._written
-        self._fill()
-        self._written = written
-        self._heard_s[written:end] = heard_s
-        if self._lasting:
-            self._lasting = (*self._lasting[:3], heard_s[-1])
+        self._fill_to(end)
+        self._heard_now_s = self._heard_s[end - 1].copy()
 
     def wrote(self, steps: int, samples: int, until_sample: int) -> None:
         """
@@ -220,12 +215,18 @@ class Recorder:
 
     def _fill(self) -> None:
         """Write what lasts from event to event for the steps since it was written last."""
-        if self._lasting and self._filled < self._written:
-            steps = self._filled, self._written
+        if self._heard_now_s is not None:
+            self._heard_s[self._filled : self._written] = self._heard_now_s
+        self._fill_to(self._written)
+
+    def _fill_to(self, end: int) -> None:
+        """Write what lasts, but for what trains have heard, for the steps up to one."""
+        if self._lasting and self._filled < end:
+            steps = self._filled, end
             self._present[slice(*steps)] = self._present_now
-            written = self._next_call, self._surprised, self._running, self._heard_s
+            written = self._next_call, self._surprised, self._running
             _write_lasting(steps, np.flatnonzero(self._present_now), self._lasting, written)
-        self._filled = self._written
+        self._filled = end
 
     def flush(self) -> None:
         """Hand the steps so far to the examiners."""
@@ -335,9 +336,9 @@ def _write_lasting(
 
     Of shape (n_trains,) each, and of shape (n_steps, n_trains) where they are written to.
     """
-    next_call, surprised, running, heard_s = lasting
-    calls, surprises, runs, heard = written
+    next_call, surprised, running = lasting
+    calls, surprises, runs = written
     for step in range(steps[0], steps[1]):
         for row in rows:
             calls[step, row], surprises[step, row] = next_call[row], surprised[row]
-            runs[step, row], heard[step, row] = running[row], heard_s[row]
+            runs[step, row] = running[row]
