@@ -22,6 +22,9 @@ MEASURED = (
     "regenerated_j",
     "auxiliary_j",
 )
+DISTANCE, TRACTION, BRAKING, RESISTANCE, POTENTIAL, KINETIC, REGENERATED, AUXILIARY = range(
+    len(MEASURED)
+)
 
 
 class _Stock(NamedTuple):
@@ -136,7 +139,7 @@ def _add(
         force_n, power_w, cutoff_mps = stock.electric[train]
         for step in range(moving.shape[0]):
             if present[step, column]:
-                sums[7, train] += step_s * stock.auxiliary_w[train]
+                sums[AUXILIARY, train] += step_s * stock.auxiliary_w[train]
             if not moving[step, column]:
                 continue
             here_m, there_m = fronts_m[step, column], fronts_m[step + 1, column]
@@ -150,10 +153,10 @@ def _add(
             rolling_n = a_n + (b_nspm + c_ns2pm2 * mean_mps) * mean_mps
             work_j = (inertia_kg * (after - before) / step_s + drag_n + rolling_n) * distance_m
             electric_j = electric_brake_n(mean_mps, force_n, power_w, cutoff_mps) * distance_m
-            sums[0, train] += distance_m
-            sums[1, train] += max(work_j, 0.0)
-            sums[2, train] += max(-work_j, 0.0)
-            sums[3, train] += (rolling_n + curves_n) * distance_m
-            sums[4, train] += inertia_kg * rise
-            sums[5, train] += 0.5 * inertia_kg * (after * after - before * before)
-            sums[6, train] += min(max(-work_j, 0.0), electric_j)
+            sums[DISTANCE, train] += distance_m
+            sums[TRACTION, train] += max(work_j, 0.0)
+            sums[BRAKING, train] += max(-work_j, 0.0)
+            sums[RESISTANCE, train] += (rolling_n + curves_n) * distance_m
+            sums[POTENTIAL, train] += inertia_kg * rise
+            sums[KINETIC, train] += 0.5 * inertia_kg * (after * after - before * before)
+            sums[REGENERATED, train] += min(max(-work_j, 0.0), electric_j)
