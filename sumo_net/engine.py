@@ -81,8 +81,8 @@ class SumoEngine(PlainEngine):
         """In which step each train left that SUMO has not taken off yet."""
         self._pending: list[FloatArray] = []
         """Commands to those who run that SUMO does not know yet. [m/s], (n_steps, n_running)"""
-        self._told: tuple[IntArray, int, IntArray, list[str]] | None = None
-        """Who ran, how many SUMO had taken off, and what :meth:`_commanded` made of it."""
+        self._there: tuple[IntArray, list[str]] | None = None
+        """What :meth:`_commanded` returns, until somebody else runs or SUMO takes a train off."""
         self._uncompared = 0
         """Steps since places were compared. [-]"""
         self._agreement = Agreement(self._row_of)
@@ -202,12 +202,16 @@ class SumoEngine(PlainEngine):
 
     def _commanded(self) -> tuple[IntArray, list[str]]:
         """Return places among those who run, and vehicles, of the trains that SUMO has."""
-        if self._told is None or self._told[0] is not self._rows or self._told[1] < len(self._off):
+        if self._there is None:
             running = self._rows.tolist()
             there = [place for place, row in enumerate(running) if row not in self._off]
             vehicles = [self._vehicles[running[place]] for place in there]
-            self._told = self._rows, len(self._off), np.array(there, dtype=np.intp), vehicles
-        return self._told[2], self._told[3]
+            self._there = np.array(there, dtype=np.intp), vehicles
+        return self._there
+
+    def _regroup(self) -> None:
+        super()._regroup()
+        self._there = None
 
     def _catch_up(self) -> None:
         """Let SUMO do what was commanded, and compare."""
@@ -247,6 +251,7 @@ class SumoEngine(PlainEngine):
                 self._begin(row, step)
         for row in self._named(self._arrived()):
             self._off.add(row)
+            self._there = None
             self._leaving.pop(row, None)
 
     def _begin(self, row: int, step: int) -> None:
