@@ -128,8 +128,12 @@ def taken(advice: object, world: World, words: int, places: int = MOST_PLACES) -
     if endless.any():
         where = f"hold_until_s: {world.timetable.trains[int(np.argmax(endless))]}"
         raise AdviceError(where, "has no end", "seconds after midnight, or minus infinity")
-    reason = _numbers("reason", advice.reason, (0, words - 1), nothing.reason)
-    cause = _numbers("cause", advice.cause, None, nothing.cause)
+    reason = _numbers("reason", advice.reason, nothing.reason)
+    if reason.min() < 0 or reason.max() >= words:
+        told = f"from {reason.min()} to {reason.max()}"
+        where = "reason"
+        raise AdviceError(where, told, f"from 0 to {words - 1}")
+    cause = _numbers("cause", advice.cause, nothing.cause)
     _refuse_unknown_causes(cause, world, places)
     return Outside(
         _speeds("ceiling_mps", advice.ceiling_mps, world),
@@ -177,18 +181,13 @@ def _number(where: str, value: object) -> float:
     raise AdviceError(where, f"{value!r} is no number", "a number")
 
 
-def _numbers(
-    name: str, asked: IntArray | None, allowed: tuple[int, int] | None, usual: IntArray
-) -> IntArray:
+def _numbers(name: str, asked: IntArray | None, usual: IntArray) -> IntArray:
     if asked is None:
         return usual
     array = np.asarray(asked)
     if array.shape != usual.shape or array.dtype.kind not in "iu":
         told = f"is {array.dtype} of shape {array.shape}"
         raise AdviceError(name, told, f"a whole number for each of {usual.size} trains")
-    if allowed is not None and (array.min() < allowed[0] or array.max() > allowed[1]):
-        told = f"from {array.min()} to {array.max()}"
-        raise AdviceError(name, told, f"from {allowed[0]} to {allowed[1]}")
     return array.astype(np.intp)
 
 
