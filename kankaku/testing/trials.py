@@ -105,6 +105,26 @@ def trial_of(scenario: Scenario, candidate: Candidate, delay_s: FloatArray) -> T
     return Trial(scenario, world, controller, asked, record, error)
 
 
+def trial_on(line: str, candidate: Candidate) -> Trial:
+    """
+    Run a candidate on one of the lines, with the first trains late.
+
+    Parameters
+    ----------
+    line
+        Name in :data:`LINES`.
+    candidate
+        Builds a controller for a world.
+
+    Returns
+    -------
+    Trial
+        As :func:`trial_of`.
+    """
+    scenario = LINES[line]()
+    return trial_of(scenario, candidate, overstays(scenario, *OVERSTAYS_S))
+
+
 def trials_of(candidate: Candidate) -> dict[str, Trial]:
     """
     Run a candidate on every line.
@@ -119,8 +139,4 @@ def trials_of(candidate: Candidate) -> dict[str, Trial]:
     dict[str, Trial]
         By the names of :data:`LINES`.
     """
-    trials = {}
-    for name, make in LINES.items():
-        scenario = make()
-        trials[name] = trial_of(scenario, candidate, overstays(scenario, *OVERSTAYS_S))
-    return trials
+    return {line: trial_on(line, candidate) for line in LINES}

@@ -19,16 +19,8 @@ from kankaku.railway.plan.world import World
 from kankaku.railway.step.control import Controller, Foresight
 from kankaku.railway.step.state import Advice, Authority, LineState
 from kankaku.testing import CHECKS, check_candidate, check_controller, failures
-from kankaku.testing.contract import (
-    ABOUT_RUNS,
-    findings_in,
-)
-from kankaku.testing.trials import (
-    LINES,
-    OVERSTAYS_S,
-    overstays,
-    trial_of,
-)
+from kankaku.testing.contract import ABOUT_RUNS, findings_in
+from kankaku.testing.trials import trial_on
 from tests.cli.command import BAD_INPUT, FAILED, kankaku
 
 SPEC = ControllerSpec("bad", "moving_block", "close_up", {}, {})
@@ -221,8 +213,7 @@ def over(operation: type[CloseUp]) -> Callable[[World], Controller]:
 def test_a_bad_controller_is_told_what_is_wrong_with_it(
     candidate: Callable[[World], Controller], check: str, told: str
 ) -> None:
-    scenario = LINES["one track"]()
-    trial = trial_of(scenario, candidate, overstays(scenario, *OVERSTAYS_S))
+    trial = trial_on("one track", candidate)
     problems = {found.check: found.problem for found in findings_in({"one track": trial})}
     assert told in problems[check]
     assert problems[check].endswith("(line 'one track')")

@@ -33,13 +33,7 @@ from kankaku.testing.contract import (
 )
 from kankaku.testing.example_lines import two_station_scenario, world_of
 from kankaku.testing.loop_station import loop_station_scenario
-from kankaku.testing.trials import (
-    LINES,
-    OVERSTAYS_S,
-    overstays,
-    trial_of,
-    trials_of,
-)
+from kankaku.testing.trials import LINES, overstays, trial_of, trial_on, trials_of
 from tests.ends_of_ways import short_turn_scenario
 from tests.examples import all_if_deep, examples
 from tests.property.runs import run
@@ -88,8 +82,7 @@ def test_every_pair_keeps_the_contract_at_a_loop_station_and_every_layer_everywh
         return controller_of(world, protection, operation)
 
     if (protection, operation) not in EVERYWHERE:
-        scenario = LINES["loop station"]()
-        trial = trial_of(scenario, candidate, overstays(scenario, *OVERSTAYS_S))
+        trial = trial_on("loop station", candidate)
         assert {check: look(trial) for check, look in CHECKS.items()} == dict.fromkeys(CHECKS, "")
         return
     trials = trials_of(candidate)
